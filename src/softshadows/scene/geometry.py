@@ -1,0 +1,114 @@
+"""A scene flattened into world-space arrays: the one geometry that the GPU and the ray-traced truth both see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from softshadows.errors import SceneError
+from softshadows.scene.model import Material, Node, Scene
+
+Floats = npt.NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """World-space triangles, opaque ones first, then those with an alpha cutoff.
+
+    positions (v, 3) float32; triangles (t, 3) uint32; normals (v, 3) float32, zero where the mesh has none (flat);
+    texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by winding,
+    zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before the masked ones.
+    """
+
+    positions: Floats
+    triangles: npt.NDArray[np.uint32]
+    normals: Floats
+    texcoords: Floats
+    colors: Floats
+    face_normals: Floats
+    material_index: npt.NDArray[np.uint32]
+    materials: list[Material]
+    opaque_count: int
+
+    @property
+    def diagonal(self) -> float:
+        """Length of the bounding box's diagonal, metres; 0 without vertices."""
+        if not len(self.positions):
+            return 0.0
+        return float(np.linalg.norm(self.positions.max(axis=0).astype(np.float64) - self.positions.min(axis=0)))
+
+
+def flatten(scene: Scene) -> Geometry:
+    """All nodes of `scene` in world space. Raises SceneError where a transform or its result is not finite."""
+    nodes = [node for node in scene.nodes if len(node.mesh.triangles)]
+    nodes.sort(key=lambda node: node.mesh.material.alpha_cutoff is not None)  # stable: opaque first
+    materials = list({id(node.mesh.material): node.mesh.material for node in nodes}.values())
+    index_of = {id(material): index for index, material in enumerate(materials)}
+
+    positions, triangles, normals, texcoords, colors, material_index = [], [], [], [], [], []
+    vertex_base = opaque_count = 0
+    for node in nodes:
+        mesh, count = node.mesh, len(node.mesh.positions)
+        world, linear = _world_positions(node)
+        corners = mesh.triangles + np.uint32(vertex_base)
+        mirrored = np.linalg.det(linear) < 0.0
+        positions.append(world)
+        triangles.append(corners[:, ::-1] if mirrored else corners)  # keeps the front in front
+        normals.append(_world_normals(mesh.normals, linear, count))
+        texcoords.append(np.zeros((count, 4), np.float32) if mesh.texcoords is None else np.hstack(list(mesh.texcoords)))
+        colors.append(np.ones((count, 4), np.float32) if mesh.colors is None else mesh.colors)
+        material_index.append(np.full(len(mesh.triangles), index_of[id(mesh.material)], np.uint32))
+        vertex_base += count
+        if mesh.material.alpha_cutoff is None:
+            opaque_count += len(mesh.triangles)
+
+    def join(parts: list, width: int, dtype: type) -> np.ndarray:
+        return np.ascontiguousarray(np.concatenate(parts), dtype) if parts else np.zeros((0, width), dtype)
+
+    all_positions, all_triangles = join(positions, 3, np.float32), join(triangles, 3, np.uint32)
+    return Geometry(
+        positions=all_positions,
+        triangles=all_triangles,
+        normals=join(normals, 3, np.float32),
+        texcoords=join(texcoords, 4, np.float32),
+        colors=join(colors, 4, np.float32),
+        face_normals=_face_normals(all_positions, all_triangles),
+        material_index=join(material_index, 1, np.uint32).reshape(-1),
+        materials=materials,
+        opaque_count=opaque_count,
+    )
+
+
+def _world_positions(node: Node) -> tuple[Floats, np.ndarray]:
+    transform = np.asarray(node.transform, np.float64)
+    if transform.shape != (4, 4) or not np.isfinite(transform).all():
+        raise SceneError(f"node {node.name!r}: transform must be a finite (4, 4) matrix", code="NODE_MATRIX_INVALID")
+    linear = transform[:3, :3]
+    with np.errstate(over="ignore"):
+        world = (node.mesh.positions.astype(np.float64) @ linear.T + transform[:3, 3]).astype(np.float32)
+    if len(world) and not (np.abs(world).max() <= 1e12):
+        raise SceneError(
+            f"node {node.name!r}: world positions must be finite and at most 1e12 metres in size", code="ACCESSOR_INVALID_FLOAT"
+        )
+    return world, linear
+
+
+def _world_normals(normals: Floats | None, linear: np.ndarray, count: int) -> Floats:
+    if normals is None:
+        return np.zeros((count, 3), np.float32)
+    a, b, c = linear.T
+    cofactor = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)  # inverse transpose × determinant
+    if np.linalg.det(linear) < 0.0:
+        cofactor = -cofactor
+    world = normals.astype(np.float64) @ cofactor.T
+    length = np.linalg.norm(world, axis=1, keepdims=True)
+    return np.divide(world, length, out=np.zeros_like(world), where=length > 0.0).astype(np.float32)
+
+
+def _face_normals(positions: Floats, triangles: npt.NDArray[np.uint32]) -> Floats:
+    corner = positions.astype(np.float64)[triangles]
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0).astype(np.float32)
