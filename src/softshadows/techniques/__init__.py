@@ -1,1 +1,31 @@
-"""TODO."""
+"""The techniques, by name. Adding one: its folder, and its line in this list."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from softshadows.errors import OptionError
+from softshadows.techniques.base import Technique
+from softshadows.techniques.hard.hard import Hard
+from softshadows.techniques.none.none import Unshadowed
+from softshadows.techniques.uniform.uniform import Uniform
+
+TECHNIQUES: dict[str, type[Technique]] = {cls.name: cls for cls in (Unshadowed, Hard, Uniform)}
+
+__all__ = ["TECHNIQUES", "Hard", "Technique", "Uniform", "Unshadowed", "make_technique"]
+
+
+def make_technique(name: str, options: Mapping[str, Any] | None = None) -> Technique:
+    """The technique `name` with `options` (values may be text, as from a command line).
+
+    Raises OptionError for an unknown technique or option, or a value out of range, with the legal ones.
+    """
+    if name not in TECHNIQUES:
+        raise OptionError(f"there is no technique {name!r}; choose one of {', '.join(TECHNIQUES)}")
+    cls = TECHNIQUES[name]
+    known = [option.name for option in cls.options()]
+    for option_name in options or {}:
+        if option_name not in known:
+            raise OptionError(f"technique {name!r} has no option {option_name!r}; it has {', '.join(known) or 'none'}")
+    return cls(**(options or {}))

@@ -1,0 +1,230 @@
+"""The story of a frame, and the first file to read.
+
+    scene, lights, camera                    plain data
+      -> SceneBuffers                        uploaded once, patched when nodes move
+      -> GBuffer                             what the camera sees
+      -> the technique                       visibility per light
+      -> Lighting                            unshadowed radiance × visibility, summed over lights
+      -> Frame                               read back once
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import wgpu
+
+from softshadows.errors import OptionError, SceneError
+from softshadows.gpu.commands import Commands
+from softshadows.gpu.device import acquire, device_errors
+from softshadows.gpu.readback import Readback
+from softshadows.gpu.timing import CAPACITY, PassTimer
+from softshadows.gpu.upload import SceneBuffers
+from softshadows.passes.gbuffer.gbuffer import GBuffer
+from softshadows.passes.lighting.lighting import Lighting
+from softshadows.save import save_frame
+from softshadows.scene.camera import Camera
+from softshadows.scene.geometry import flatten
+from softshadows.scene.lights import Light, facing
+from softshadows.scene.model import Scene
+from softshadows.techniques import Technique, make_technique
+from softshadows.techniques.base import RenderContext
+
+Floats = npt.NDArray[np.float32]
+Bools = npt.NDArray[np.bool_]
+
+
+@dataclass
+class FrameStats:
+    """What a frame cost. `gpu_ms` by pass, `cpu_ms` to encode and submit it, `gpu_bytes` held; `warnings` in words."""
+
+    shadow_maps: int = 0
+    lookups_per_pixel: float = 0.0
+    gpu_ms: dict[str, float] = field(default_factory=dict)
+    cpu_ms: float = 0.0
+    gpu_bytes: int = 0
+    submits: int = 0
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass(eq=False)
+class Frame:
+    """A rendered frame, all arrays row 0 at the top.
+
+    color (height, width, 3) float32 linear radiance; visibility (lights, height, width) float32, 1 = lit, 0 = umbra, 1 where there is
+    no surface; position, normal (height, width, 3) float32 world space, the normal geometric and facing the viewer;
+    depth (height, width) float32 metres along the view axis, inf where there is no surface; surface (height, width) bool.
+    """
+
+    color: Floats
+    visibility: Floats
+    position: Floats
+    normal: Floats
+    depth: Floats
+    surface: Bools
+    lights: list[Light]
+    stats: FrameStats
+
+    @property
+    def facing(self) -> Bools:
+        """(lights, height, width) bool: the whole light is before the surface, and the surface before a one-sided light."""
+        planes = [facing(light, self.position, self.normal) & self.surface for light in self.lights]
+        return np.stack(planes) if planes else np.zeros((0, *self.surface.shape), bool)
+
+    def save(self, path: str | Path) -> None:
+        """Write a .png (display transformed), .exr or .npz (linear, every image by name). Raises OptionError for other suffixes."""
+        save_frame(
+            path,
+            color=self.color,
+            visibility=self.visibility,
+            position=self.position,
+            normal=self.normal,
+            depth=self.depth,
+            surface=self.surface,
+            facing=self.facing,
+        )
+
+
+class Renderer:
+    """Renders frames of one scene with one technique at one size, and keeps GPU state between them.
+
+    Between calls `scene.lights` and the nodes' transforms may change. Raises SceneError for a scene that cannot be used,
+    OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        *,
+        technique: str | Technique = "uniform",
+        size: tuple[int, int] = (1024, 768),
+        options: Mapping[str, Any] | None = None,
+    ) -> None:
+        self.scene, self.size = scene, _checked_size(size)
+        self.technique = make_technique(technique, options) if isinstance(technique, str) else technique
+        self._gpu = acquire()
+        self._timer = PassTimer(self._gpu)
+        self.invalidate()
+
+    def __enter__(self) -> Renderer:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self.invalidate()
+
+    def invalidate(self) -> None:
+        """Forget everything on the GPU: the next frame uploads the scene and draws all again."""
+        self._placement: list[tuple[int, bytes]] | None = None
+        self._light_count = -1
+
+    def render(self, camera: Camera) -> Frame:
+        """One frame: encode, submit, read back once."""
+        lights = list(self.scene.lights)
+        self.technique.check_lights(lights)
+        with device_errors("the frame could not be rendered"):
+            started = time.perf_counter()
+            self._upload(lights)
+            self._gbuffer.set_camera(camera, len(lights))
+            self._pass.set_lights(lights)
+            self._lighting.set_lights(lights)
+
+            self._timer.begin_frame()
+            commands = Commands(self._gpu, self._timer)
+            self._gbuffer.encode(commands.encoder, self._timer)
+            if lights:
+                self._pass.encode(commands)
+            self._lighting.encode(commands.encoder, self._timer)
+            self._timer.resolve(commands.encoder)
+            self._readback.encode(commands.encoder)
+            commands.submit()
+            cpu_ms = 1e3 * (time.perf_counter() - started)
+
+            images = self._readback.read()
+        return self._frame(images, lights, cpu_ms, commands.submits)
+
+    def _upload(self, lights: list[Light]) -> None:
+        """Bring the GPU's copy of the scene up to date."""
+        placement = [(id(node.mesh), np.asarray(node.transform, np.float64).tobytes()) for node in self.scene.nodes]
+        if self._placement is None or [mesh for mesh, _ in placement] != [mesh for mesh, _ in self._placement]:
+            self._buffers = SceneBuffers(self._gpu, flatten(self.scene))
+            self._light_count = -1
+        elif placement != self._placement:
+            self._buffers.move(flatten(self.scene))
+        self._placement = placement
+        if self._light_count != len(lights):
+            self._build(len(lights))
+
+    def _build(self, light_count: int) -> None:
+        """The passes and images for this many lights."""
+        gpu, (width, height) = self._gpu, self.size
+        visibility_bytes = 4 * max(light_count, 1) * width * height
+        gpu.check_buffer(visibility_bytes, f"the visibility of {light_count} lights")
+        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
+        visibility = gpu.device.create_buffer(size=visibility_bytes, usage=usage)
+        self._gbuffer = GBuffer(gpu, self._buffers, self.size)
+        self._pass = self.technique.build(RenderContext(gpu, self._buffers, self._gbuffer, visibility))
+        self._lighting = Lighting(gpu, self._gbuffer, visibility)
+        self._readback = Readback(gpu)
+        self._readback.add_texture("color", self._lighting.color, "<f4", 4)
+        self._readback.add_texture("position", self._gbuffer.position, "<f4", 4)
+        self._readback.add_texture("normal", self._gbuffer.normal, "<f4", 4)
+        self._readback.add_buffer("visibility", visibility, "<f4", (light_count, height, width))
+        if self._timer.enabled:
+            self._readback.add_buffer("stamps", self._timer.buffer, "<u8", (CAPACITY,))
+        self._light_count = light_count
+        self._image_bytes = visibility_bytes + self._gbuffer.bytes + self._lighting.bytes + self._readback.size
+
+    def _frame(self, images: dict[str, np.ndarray], lights: list[Light], cpu_ms: float, submits: int) -> Frame:
+        surface = images["position"][..., 3] > 0.0
+        stats = FrameStats(
+            shadow_maps=self._pass.shadow_maps,
+            lookups_per_pixel=self._pass.lookups_per_pixel,
+            gpu_ms=self._timer.milliseconds(images["stamps"]) if self._timer.enabled else {},
+            cpu_ms=cpu_ms,
+            gpu_bytes=self._buffers.bytes + self._image_bytes + self._pass.bytes,
+            submits=submits,
+            warnings=[*self.scene.warnings, *self._gpu.fallbacks, *self._buffers.warnings, *self._pass.warnings],
+        )
+        return Frame(
+            color=np.ascontiguousarray(images["color"][..., :3]),
+            visibility=images["visibility"],
+            position=np.ascontiguousarray(images["position"][..., :3]),
+            normal=np.ascontiguousarray(images["normal"][..., :3]),
+            depth=np.where(surface, images["position"][..., 3], np.float32(np.inf)),
+            surface=surface,
+            lights=lights,
+            stats=stats,
+        )
+
+
+def render(
+    scene: Scene,
+    camera: Camera | None = None,
+    *,
+    technique: str | Technique = "uniform",
+    size: tuple[int, int] = (1024, 768),
+    options: Mapping[str, Any] | None = None,
+) -> Frame:
+    """One frame of `scene` seen by `camera` (default: the scene's own). Errors as Renderer."""
+    camera = camera or scene.camera
+    if camera is None:
+        raise SceneError("the scene has no camera; pass one: ss.Camera(position=..., target=...)", code="CAMERA_MISSING")
+    with Renderer(scene, technique=technique, size=size, options=options) as renderer:
+        return renderer.render(camera)
+
+
+def _checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    try:
+        width, height = (int(extent) for extent in size)
+    except (TypeError, ValueError):
+        raise OptionError(f"size must be (width, height) in pixels, got {size!r}") from None
+    if min(width, height) < 1:
+        raise OptionError(f"size must be at least 1×1 pixels, got {size!r}")
+    return width, height

@@ -1,0 +1,36 @@
+"""The frame's command stream: one submit, unless it is cut so that no submit runs into a driver's watchdog.
+
+Where it is cut depends only on sizes the CPU knows, never on anything the GPU computed.
+"""
+
+from __future__ import annotations
+
+import wgpu
+
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.timing import PassTimer
+
+SUBMIT_MS = 250.0
+"""What one submit may take, after the device's rough speeds. Browsers and drivers stop work after 2 to 30 seconds."""
+
+
+class Commands:
+    """`encoder` takes the next pass; `account(ms)` after an expensive one cuts the stream where it has grown long."""
+
+    def __init__(self, gpu: Gpu, timer: PassTimer) -> None:
+        self._gpu, self.timer = gpu, timer
+        self.encoder = gpu.device.create_command_encoder()
+        self.submits = 0
+        self._pending_ms = 0.0
+
+    def account(self, milliseconds: float) -> None:
+        """Count work just encoded; starts a new submit when what is pending reaches SUBMIT_MS."""
+        self._pending_ms += milliseconds
+        if self._pending_ms >= SUBMIT_MS:
+            self.submit()
+            self.encoder = self._gpu.device.create_command_encoder()
+
+    def submit(self) -> None:
+        self._gpu.device.queue.submit([self.encoder.finish()])
+        self.submits += 1
+        self._pending_ms = 0.0

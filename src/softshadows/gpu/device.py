@@ -1,0 +1,117 @@
+"""The GPU: which adapter, which optional features, what its limits allow.
+
+One device per process and profile, since adapters keep memory for every device ever made.
+"""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import cache
+
+import wgpu
+
+from softshadows.errors import DeviceError
+
+OPTIONAL_FEATURES = {
+    "clip-distances": "without it every shadow map is a draw of its own, with a viewport, instead of an instance of one draw",
+    "timestamp-query": "without it frame.stats.gpu_ms is empty",
+}
+"""Features asked for where the adapter has them, with what happens without."""
+
+RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
+"""Limits raised to what the adapter offers; everything else stays at WebGPU's defaults."""
+
+CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 20_000, 50_000
+GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS = 500_000, 10_000_000
+"""Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame is
+cut into submits, so that none of them runs into a driver's watchdog."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gpu:
+    """A device and what it may use. `fallbacks` names the optional features it lacks, with the consequence."""
+
+    adapter: wgpu.GPUAdapter
+    device: wgpu.GPUDevice
+    features: frozenset[str]
+    fallbacks: list[str] = field(default_factory=list)
+
+    @property
+    def is_cpu(self) -> bool:
+        return self.adapter.info["adapter_type"].upper() == "CPU"
+
+    @property
+    def triangles_per_ms(self) -> int:
+        return CPU_TRIANGLES_PER_MS if self.is_cpu else GPU_TRIANGLES_PER_MS
+
+    @property
+    def lookups_per_ms(self) -> int:
+        return CPU_LOOKUPS_PER_MS if self.is_cpu else GPU_LOOKUPS_PER_MS
+
+    def limit(self, name: str) -> int:
+        return int(self.device.limits[name])
+
+    def check_texture(self, width: int, height: int, what: str) -> None:
+        """DeviceError where a texture of this size cannot exist."""
+        most = self.limit("max-texture-dimension-2d")
+        if max(width, height) > most:
+            raise DeviceError(f"{what} would be {width}×{height} texels; this adapter allows {most}×{most}. Lower the size.")
+
+    def check_buffer(self, size: int, what: str) -> None:
+        """DeviceError where a storage buffer of `size` bytes cannot be bound."""
+        most = min(self.limit("max-storage-buffer-binding-size"), self.limit("max-buffer-size"))
+        if size > most:
+            raise DeviceError(
+                f"{what} would take {size / 2**20:.0f} MiB; this adapter binds at most {most / 2**20:.0f} MiB at once. "
+                "Lower the image size, the number of lights or the number of triangles."
+            )
+
+
+@cache
+def acquire() -> Gpu:
+    """The process's device on the best adapter. Raises DeviceError where there is none, saying what to install."""
+    if "XDG_RUNTIME_DIR" not in os.environ:  # the Vulkan loader prints an error line without it
+        os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
+    try:
+        adapter = wgpu.gpu.request_adapter_sync(power_preference="high-performance")
+    except RuntimeError as error:
+        raise DeviceError(
+            "no WebGPU adapter was found. On Debian or Ubuntu without a GPU: apt-get install mesa-vulkan-drivers. "
+            f"With a GPU: install its Vulkan driver. ({error})"
+        ) from None
+    features = frozenset(name for name in OPTIONAL_FEATURES if name in adapter.features)
+    limits = {name: adapter.limits[name] for name in RAISED_LIMITS}
+    with device_errors("the device could not be created"):
+        device = adapter.request_device_sync(required_features=sorted(features), required_limits=limits)
+    fallbacks = [f"{name}: {effect}" for name, effect in OPTIONAL_FEATURES.items() if name not in features]
+    return Gpu(adapter, device, features, fallbacks)
+
+
+def describe() -> dict[str, object]:
+    """Adapter, driver, the features in use and the limits that matter, as plain data for reports."""
+    gpu = acquire()
+    info = gpu.adapter.info
+    return {
+        "adapter": info["device"],
+        "type": info["adapter_type"],
+        "backend": info["backend_type"],
+        "driver": info["description"],
+        "features": sorted(gpu.features),
+        "fallbacks": gpu.fallbacks,
+        "limits": {name: gpu.limit(name) for name in RAISED_LIMITS},
+    }
+
+
+@contextmanager
+def device_errors(doing: str) -> Iterator[None]:
+    """Turn wgpu's errors into DeviceError."""
+    try:
+        yield
+    except wgpu.GPUOutOfMemoryError as error:
+        raise DeviceError(f"{doing}: the adapter ran out of memory. Lower size, resolution or the memory budget. ({error})") from None
+    except wgpu.GPUError as error:
+        raise DeviceError(f"{doing}: {error}") from None

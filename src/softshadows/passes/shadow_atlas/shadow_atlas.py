@@ -1,0 +1,389 @@
+"""All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
+
+    receivers.wgsl   boxes around what the camera sees, 8×8 pixels each, in light space
+    fit.wgsl         per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile; draw list
+    draw.wgsl        the occluders, one instance per window
+
+Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas at one
+time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns in the
+same buffers: per light a technique calls `encode_fit` and then, per chunk, `encode_draw` and its own look-ups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.errors import DeviceError
+from softshadows.gpu.commands import SUBMIT_MS, Commands
+from softshadows.gpu.compose import shader_module
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, dtype, pack
+from softshadows.gpu.timing import PassTimer
+from softshadows.gpu.upload import SceneBuffers
+from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms, GBuffer
+from softshadows.scene.lights import Light
+
+_HERE = Path(__file__).parent
+_STAGES = wgpu.ShaderStage
+_USAGE = wgpu.BufferUsage
+FACES = 6
+BOX_EDGE = 8  # pixels
+UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
+AUTO_TILE_PER_IMAGE = 2.0
+"""Edge of an automatic tile over the longer side of the image: the camera's pixels are rarely spread so unevenly over a
+map that twice as many texels per axis are not enough for one texel per pixel."""
+SMALLEST_AUTO_TILE, LARGEST_AUTO_TILE = 256, 4096
+
+
+class ShadowLight(Struct):
+    """A light as the shadow maps see it, and the sizes of its atlas (light_space.wgsl)."""
+
+    center_ws: Vec3f
+    is_one_sided: U32
+    right_ws: Vec3f
+    half_width: F32
+    up_ws: Vec3f
+    half_height: F32
+    back_ws: Vec3f
+    is_directional: U32
+    near: F32
+    far: F32
+    depth_scale: F32
+    window_scale: F32
+    bias_scale: F32
+    texels_per_pixel: F32
+    margin_texels: F32
+    is_auto: U32
+    tile_size: U32
+    tiles_per_row: U32
+    atlas_size: U32
+    box_count: U32
+    sample_count: U32
+    samples_per_batch: U32
+    samples_per_chunk: U32
+    total_weight: F32
+    visibility_offset: U32  # of the light's first pixel in the visibility buffer
+
+
+class ShadowView(Struct):
+    """One window of one sample: where it lies in the tangents of its face, and where in the atlas. Size 0: not in use."""
+
+    window_low: Vec2f
+    texels_per_unit: Vec2f
+    origin: Vec2u
+    size: Vec2u
+
+
+class ReceiverBox(Struct):
+    """Extent of the receivers of 8×8 pixels in light space, how many they are and the mean width of their pixels in metres."""
+
+    low: Vec3f
+    count: F32
+    high: Vec3f
+    footprint: F32
+
+
+class Chunk(Struct):
+    """The light samples of one draw."""
+
+    first_view: U32
+    first_sample: U32
+    sample_count: U32
+
+
+SHADOW_STRUCTS = (ShadowLight, ShadowView)
+
+
+@dataclass(frozen=True)
+class AtlasPlan:
+    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, in texels."""
+
+    samples: int
+    tile: int
+    is_auto: bool
+    tiles_per_row: int
+    samples_per_batch: int
+    samples_per_chunk: int
+
+    @property
+    def atlas_size(self) -> int:
+        return self.tile * self.tiles_per_row
+
+    @property
+    def bytes(self) -> int:
+        return 4 * self.atlas_size**2
+
+    @property
+    def chunks(self) -> int:
+        return -(-self.samples // self.samples_per_chunk)
+
+
+def plan_atlas(
+    gpu: Gpu, scene: SceneBuffers, size: tuple[int, int], samples: int, resolution: int | str, memory_budget: int
+) -> AtlasPlan:
+    """How to hold `samples` maps of `resolution` texels ("auto": by the image's size) within `memory_budget` MiB.
+
+    Raises DeviceError where even one map exceeds the adapter's limit or the budget.
+    """
+    largest = gpu.limit("max-texture-dimension-2d")
+    if resolution == "auto":
+        wanted = 1 << int(np.ceil(np.log2(max(AUTO_TILE_PER_IMAGE * max(size), 1.0))))
+        tile = int(np.clip(wanted, SMALLEST_AUTO_TILE, min(LARGEST_AUTO_TILE, largest)))
+        while 4 * tile * tile > memory_budget * 2**20 and tile > SMALLEST_AUTO_TILE:
+            tile //= 2
+    else:
+        tile = int(resolution)
+    if tile > largest:
+        raise DeviceError(f"a shadow map of {tile}² exceeds this adapter's largest texture ({largest}²). Lower the resolution.")
+    if 4 * tile * tile > memory_budget * 2**20:
+        raise DeviceError(
+            f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget of {memory_budget} MiB. "
+            "Lower the resolution or raise memory_budget."
+        )
+    row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
+    per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
+    milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
+    per_chunk = int(np.clip(SUBMIT_MS / max(milliseconds, 1e-6), 1, min(per_row * per_row, samples)))
+    per_batch = per_row * per_row // per_chunk * per_chunk
+    return AtlasPlan(samples, tile, resolution == "auto", per_row, per_batch, per_chunk)
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLight:
+    """A light and its samples: points (n, 2) in light space, metres; weights (n,), any scale; the light's layer of visibility."""
+
+    light: Light
+    layer: int
+    points: np.ndarray
+    weights: np.ndarray
+
+
+class ShadowAtlas:
+    """The shadow maps of lights with `plan.samples` samples each, one light at a time.
+
+    `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include shadow_map.wgsl; its binding 4 is the chunk, at
+    the dynamic offset `chunk_offset(chunk)`.
+    """
+
+    def __init__(
+        self,
+        gpu: Gpu,
+        scene: SceneBuffers,
+        gbuffer: GBuffer,
+        plan: AtlasPlan,
+        *,
+        bias_scale: float = 1.0,
+        margin_texels: int = 1,
+    ) -> None:
+        self.plan, self._gpu, self._scene, self._gbuffer = plan, gpu, scene, gbuffer
+        self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
+        device = gpu.device
+        gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
+        self.bytes = plan.bytes
+        self._staging: wgpu.GPUBuffer | None = None
+
+        def buffer(size: int, usage: int) -> wgpu.GPUBuffer:
+            gpu.check_buffer(size, "a shadow buffer")
+            self.bytes += size
+            return device.create_buffer(size=size, usage=usage)
+
+        storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
+        self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write)
+        self._samples = buffer(16 * plan.samples, storage | write)
+        self._arguments = buffer(40 * plan.chunks, storage | _USAGE.INDIRECT | write)
+        self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage)
+        boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
+        draw_list = buffer(4 * FACES * plan.samples_per_chunk * plan.chunks, storage)
+        self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
+        self.depth = device.create_texture(
+            size=(plan.atlas_size, plan.atlas_size, 1),
+            format="depth32float",
+            usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
+        )
+        self._depth_view = self.depth.create_view()
+        self._write_chunks()
+
+        uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
+
+        def bind(resources: list[tuple[object, dict]], visibility: int) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+            layouts, entries = [], []
+            for binding, (resource, kind) in enumerate(resources):
+                if isinstance(resource, wgpu.GPUBuffer):
+                    size = dtype(Chunk).itemsize if kind.get("has_dynamic_offset") else resource.size
+                    layouts.append({"binding": binding, "visibility": visibility, "buffer": kind})
+                    entries.append({"binding": binding, "resource": {"buffer": resource, "offset": 0, "size": size}})
+                else:
+                    layouts.append({"binding": binding, "visibility": visibility, "texture": kind})
+                    entries.append({"binding": binding, "resource": resource})
+            layout = device.create_bind_group_layout(entries=layouts)
+            return layout, device.create_bind_group(layout=layout, entries=entries)
+
+        compute = _STAGES.COMPUTE
+        light, samples, views = (self._light, uniform), (self._samples, read), (self._views, read)
+        receivers_layout, self._receivers_bindings = bind([light, (boxes, readwrite)], compute)
+        fit_resources = [light, samples, (boxes, read), (self._views, readwrite), (draw_list, readwrite), (self._arguments, readwrite)]
+        fit_layout, self._fit_bindings = bind(fit_resources, compute)
+        chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
+        draw_layout, self._draw_bindings = bind([light, samples, views, (draw_list, read), chunk], _STAGES.VERTEX | _STAGES.FRAGMENT)
+        atlas = (self._depth_view, {"sample_type": "depth"})
+        self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
+
+        def compute_pipeline(file: str, entry: str, structs: tuple, layouts: list) -> wgpu.GPUComputePipeline:
+            module = shader_module(device, _HERE / file, structs)
+            layout = device.create_pipeline_layout(bind_group_layouts=layouts)
+            return device.create_compute_pipeline(layout=layout, compute={"module": module, "entry_point": entry})
+
+        self._bound_receivers = compute_pipeline(
+            "receivers.wgsl",
+            "cs_bound_receivers",
+            (FrameUniforms, ReceiverBox, *SHADOW_STRUCTS),
+            [gbuffer.receiver_layout, scene.layout, receivers_layout],
+        )
+        self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, *SHADOW_STRUCTS), [fit_layout])
+        self._opaque, self._masked = self._draw_pipelines(draw_layout)
+
+    def _draw_pipelines(self, draw_layout: wgpu.GPUBindGroupLayout) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
+        clips = "clip-distances" in self._gpu.features
+        device = self._gpu.device
+        module = shader_module(device, _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"), (Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS))
+        position = {"format": "float32x3", "offset": 0, "shader_location": 0}
+        vertex_buffer = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
+
+        def pipeline(kind: str, buffers: list, fragment: str | None) -> wgpu.GPURenderPipeline:
+            return device.create_render_pipeline(
+                layout=device.create_pipeline_layout(bind_group_layouts=[draw_layout, self._scene.layout]),
+                vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
+                primitive={"topology": "triangle-list", "cull_mode": "none"},
+                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
+                fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
+            )
+
+        return pipeline("opaque", [vertex_buffer], None if clips else "fs_opaque"), pipeline("masked", [], "fs_masked")
+
+    def _write_chunks(self) -> None:
+        """The chunks' uniforms: the same for every frame."""
+        plan = self.plan
+        rows = np.zeros((plan.chunks, UNIFORM_ALIGNMENT), np.uint8)
+        for index in range(plan.chunks):
+            first = index * plan.samples_per_chunk
+            count = min(plan.samples_per_chunk, plan.samples - first)
+            data = pack(Chunk(first_view=first * FACES, first_sample=first, sample_count=count))
+            rows[index, : len(data)] = np.frombuffer(data, np.uint8)
+        self._gpu.device.queue.write_buffer(self._chunks, 0, rows)
+
+    def set_lights(self, lights: Sequence[SampledLight]) -> None:
+        """Write this frame's lights; `encode_fit` takes them by their index."""
+        self._stride = sum(buffer.size for buffer in self._per_light)
+        if self._staging is None or self._staging.size < self._stride * len(lights):
+            usage = _USAGE.COPY_SRC | _USAGE.COPY_DST
+            self._staging = self._gpu.device.create_buffer(size=self._stride * len(lights), usage=usage)
+        data = b"".join(self._light_bytes(light) for light in lights)
+        self._gpu.device.queue.write_buffer(self._staging, 0, data)
+
+    @property
+    def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
+        """The buffers that hold one light at a time."""
+        return (self._light, self._samples, self._arguments)
+
+    def _light_bytes(self, sampled: SampledLight) -> bytes:
+        """The contents of the per-light buffers, one after the other."""
+        plan, scene, light = self.plan, self._scene, sampled.light
+        right, up, back = light.axes
+        directional = light.kind == "directional"
+        near, far = max(1e-5 * scene.diagonal, 1e-7), 1.0
+        if directional:
+            near, far = _depth_range(scene.geometry.positions, -back)
+        uniforms = ShadowLight(
+            center_ws=tuple(light.center),
+            is_one_sided=int(light.one_sided),
+            right_ws=tuple(right),
+            half_width=light.half_extent[0],
+            up_ws=tuple(up),
+            half_height=light.half_extent[1],
+            back_ws=tuple(back),
+            is_directional=int(directional),
+            near=near,
+            far=far,
+            depth_scale=1.0 if directional else near,
+            window_scale=max(scene.diagonal, 1e-6) if directional else 1.0,
+            bias_scale=self._bias_scale,
+            texels_per_pixel=1.0,
+            margin_texels=float(self._margin_texels),
+            is_auto=int(plan.is_auto),
+            tile_size=plan.tile,
+            tiles_per_row=plan.tiles_per_row,
+            atlas_size=plan.atlas_size,
+            box_count=self._groups[0] * self._groups[1],
+            sample_count=plan.samples,
+            samples_per_batch=plan.samples_per_batch,
+            samples_per_chunk=plan.samples_per_chunk,
+            total_weight=float(np.sum(sampled.weights)),
+            visibility_offset=sampled.layer * self._gbuffer.size[0] * self._gbuffer.size[1],
+        )
+        samples = np.zeros((plan.samples, 4), np.float32)
+        samples[:, :2], samples[:, 2] = sampled.points, sampled.weights
+        # Two draws per chunk: count, instances (filled by the fit), first, base vertex, first instance.
+        opaque, total = 3 * scene.opaque_count, 3 * scene.triangle_count
+        arguments = np.array([[opaque, 0, 0, 0, 0], [total - opaque, 0, opaque, 0, 0]], np.uint32)
+        return pack(uniforms) + samples.tobytes() + np.tile(arguments, (plan.chunks, 1)).tobytes()
+
+    def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
+        """Let light `index` take its turn: fit all its views to what the G-buffer sees."""
+        assert self._staging is not None, "set_lights() comes before encode_fit()"
+        offset = index * self._stride
+        for buffer in self._per_light:
+            encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)
+            offset += buffer.size
+        fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
+        fit.set_pipeline(self._bound_receivers)
+        fit.set_bind_group(0, self._gbuffer.receiver_bindings)
+        fit.set_bind_group(1, self._scene.bindings)
+        fit.set_bind_group(2, self._receivers_bindings)
+        fit.dispatch_workgroups(*self._groups)
+        fit.set_pipeline(self._fit)
+        fit.set_bind_group(0, self._fit_bindings)
+        fit.dispatch_workgroups(self.plan.samples)
+        fit.end()
+
+    def chunk_offset(self, chunk: int) -> int:
+        """The dynamic offset of the chunk's uniforms."""
+        return UNIFORM_ALIGNMENT * chunk
+
+    def encode_draw(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int) -> None:
+        """Draw the chunk's occluders; the first chunk of a batch clears the atlas."""
+        starts_batch = chunk * self.plan.samples_per_chunk % self.plan.samples_per_batch == 0
+        attachment = {
+            "view": self._depth_view,
+            "depth_load_op": "clear" if starts_batch else "load",
+            "depth_store_op": "store",
+            "depth_clear_value": 0.0,
+        }
+        scene = self._scene
+        draw = encoder.begin_render_pass(
+            color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
+        )
+        draw.set_bind_group(0, self._draw_bindings, [self.chunk_offset(chunk)])
+        draw.set_bind_group(1, scene.bindings)
+        if scene.opaque_count:
+            draw.set_pipeline(self._opaque)
+            draw.set_vertex_buffer(0, scene.positions)
+            draw.set_index_buffer(scene.indices, "uint32")
+            draw.draw_indexed_indirect(self._arguments, 40 * chunk)
+        if scene.triangle_count > scene.opaque_count:
+            draw.set_pipeline(self._masked)
+            draw.draw_indirect(self._arguments, 40 * chunk + 20)
+        draw.end()
+
+
+def _depth_range(positions: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
+    """Nearest and farthest extent of the scene along `direction`, with a margin."""
+    depths = positions.astype(np.float64) @ direction if len(positions) else np.zeros(1)
+    low, high = float(depths.min()), float(depths.max())
+    margin = max(1e-3 * (high - low), 1e-6)
+    return low - margin, high + margin

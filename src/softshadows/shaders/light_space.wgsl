@@ -1,0 +1,70 @@
+// Light space: metres along the light's right, up and back from its centre. A light sample is a point (x, y, 0) of it.
+//
+// A sample's surroundings are cut into the six faces of a cube that is aligned with light space, and a direction has
+// face coordinates (a, b, d): d > 0 along the face's axis, a and b across. A shadow map of a face is a window in the
+// tangents (a / d, b / d) and holds closeness = 1 / d, which is linear in the map's image wherever the surface is a plane.
+// A directional light has one face, the window is in metres (a, b), and closeness = (far - d) / (far - near).
+
+//#struct ShadowLight
+//#struct ShadowView
+
+const FACES = 6u;
+const FRONT = 0u;  // along -z, where a one-sided light emits
+
+fn to_light_space(light: ShadowLight, vector_ws: vec3f) -> vec3f {
+    return vec3f(dot(vector_ws, light.right_ws), dot(vector_ws, light.up_ws), dot(vector_ws, light.back_ws));
+}
+
+fn face_coordinates(face: u32, v: vec3f) -> vec3f {
+    switch face {
+        case 0u: { return vec3f(v.x, v.y, -v.z); }
+        case 1u: { return vec3f(v.y, v.z, v.x); }
+        case 2u: { return vec3f(v.y, v.z, -v.x); }
+        case 3u: { return vec3f(v.x, v.z, v.y); }
+        case 4u: { return vec3f(v.x, v.z, -v.y); }
+        default: { return v; }
+    }
+}
+
+// The face that the direction `v` points through.
+fn face_of(light: ShadowLight, v: vec3f) -> u32 {
+    if light.is_directional == 1u {
+        return FRONT;
+    }
+    let size = abs(v);
+    if size.z >= max(size.x, size.y) {
+        return select(FRONT, 5u, v.z > 0.0);
+    }
+    if size.x >= size.y {
+        return select(1u, 2u, v.x < 0.0);
+    }
+    return select(3u, 4u, v.y < 0.0);
+}
+
+// Position in the window's plane, of a point with face coordinates `point`.
+fn window_position(light: ShadowLight, point: vec3f) -> vec2f {
+    return select(point.xy / point.z, point.xy, light.is_directional == 1u);
+}
+
+fn closeness_of(light: ShadowLight, depth: f32) -> f32 {
+    return select(1.0 / depth, (light.far - depth) / (light.far - light.near), light.is_directional == 1u);
+}
+
+// Closeness of the plane {x : dot(normal, x) = offset} in face coordinates, at `position` in the window's plane.
+fn plane_closeness(light: ShadowLight, normal: vec3f, offset: f32, position: vec2f) -> f32 {
+    if light.is_directional == 1u {
+        return closeness_of(light, (offset - dot(normal.xy, position)) / normal.z);
+    }
+    return dot(normal, vec3f(position, 1.0)) / offset;
+}
+
+// How much the plane's closeness changes over one texel.
+fn closeness_per_texel(light: ShadowLight, normal: vec3f, offset: f32, texel_extent: vec2f) -> f32 {
+    let across = dot(abs(normal.xy), texel_extent);
+    return select(across / abs(offset), across / (abs(normal.z) * (light.far - light.near)), light.is_directional == 1u);
+}
+
+// The difference in closeness that a step towards the light makes, as long as a texel of this extent is wide at the receiver.
+fn closeness_of_extent(light: ShadowLight, closeness: f32, texel_extent: f32) -> f32 {
+    return select(texel_extent * closeness, texel_extent / (light.far - light.near), light.is_directional == 1u);
+}

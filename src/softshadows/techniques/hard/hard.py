@@ -1,0 +1,50 @@
+"""Hard shadows: one shadow map from the light's centre, one test per pixel.
+
+Paper
+    [Williams1978]  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978.
+
+Section map
+    [Williams1978]   depth of the first surface along the light's rays, compared   -> shadow_map.wgsl sample_is_visible()
+
+Departures from the paper
+    - The comparison takes place on the ray through the texel's centre, against the receiver's own plane, so that no surface
+      shadows itself; the paper suggests a constant bias. See docs/decisions/0002-bias.md for the measured effect.
+
+Use when
+    the light is tiny or far away, or as the cheapest baseline.
+Fails when
+    the light has any size: there is no penumbra (every scene of softshadows shows it).
+Inputs
+    any light, taken as its centre.
+Cost
+    one shadow map, one look-up per pixel.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.techniques.uniform import uniform
+
+
+class Hard(Technique):
+    """A hard shadow from the light's centre."""
+
+    name: ClassVar[str] = "hard"
+    light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
+
+    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
+    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return SampledPass(
+            context,
+            Path(uniform.__file__).with_name("uniform.wgsl"),  # the average over a single sample
+            samples_of=center_sample,
+            resolution=self.resolution,
+            lookups=float,
+            bias_scale=self.bias_scale,
+        )

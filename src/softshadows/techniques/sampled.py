@@ -1,0 +1,128 @@
+"""Visibility from shadow maps of points on the light: what every shadow-map technique here shares.
+
+A technique chooses the sample points and brings a shader with an entry `cs_visibility` that looks into the maps of one chunk of
+samples; this pass fits and draws the maps and runs that shader, chunk by chunk, light by light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import shader_module
+from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms
+from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk, SampledLight, ShadowAtlas, plan_atlas
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext, TechniquePass
+
+Samples = tuple[np.ndarray, np.ndarray]
+"""points (n, 2) in light space, metres, and weights (n,)."""
+
+DEFAULT_MEMORY_BUDGET = 512
+"""MiB that the shadow maps drawn at one time may take."""
+
+
+def center_sample(light: Light) -> Samples:
+    """The light's centre alone."""
+    return np.zeros((1, 2)), np.ones(1)
+
+
+class SampledPass(TechniquePass):
+    """See the module. `lookups` counts the shadow-map reads of one pixel for a light with that many samples."""
+
+    def __init__(
+        self,
+        context: RenderContext,
+        shader: Path,
+        *,
+        samples_of: Callable[[Light], Samples],
+        resolution: int | str,
+        lookups: Callable[[int], float],
+        constants: Mapping[str, float] | None = None,
+        bias_scale: float = 1.0,
+        margin_texels: int = 1,
+        memory_budget: int = DEFAULT_MEMORY_BUDGET,
+    ) -> None:
+        super().__init__()
+        self._context, self._samples_of, self._lookups = context, samples_of, lookups
+        self._resolution, self._memory_budget = resolution, memory_budget
+        self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
+        self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
+        device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
+        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS))
+        self._constants = dict(constants or {})
+        entry = {"binding": 0, "visibility": compute, "buffer": {"type": "storage"}}
+        self._target_layout = device.create_bind_group_layout(entries=[entry])
+        self._target = device.create_bind_group(
+            layout=self._target_layout, entries=[{"binding": 0, "resource": {"buffer": context.visibility}}]
+        )
+        self._pipeline: wgpu.GPUComputePipeline | None = None
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        by_count: dict[int, list[SampledLight]] = {}
+        self._turns = []
+        turns: list[tuple[int, int]] = []
+        for layer, light in enumerate(lights):
+            points, weights = self._samples_of(light)
+            group = by_count.setdefault(len(points), [])
+            turns.append((len(points), len(group)))
+            group.append(SampledLight(light, layer, points, weights))
+        for count, group in by_count.items():
+            if count not in self._atlases:
+                self._atlases[count] = self._new_atlas(count)
+            self._atlases[count].set_lights(group)
+        self._turns = [(self._atlases[count], index) for count, index in turns]
+        self.shadow_maps = sum(count for count, _ in turns)
+        self.lookups_per_pixel = float(sum(self._lookups(count) for count, _ in turns))
+        self.bytes = sum(atlas.bytes for atlas in self._atlases.values())
+
+    def _new_atlas(self, count: int) -> ShadowAtlas:
+        context = self._context
+        plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, count, self._resolution, self._memory_budget)
+        return ShadowAtlas(
+            context.gpu,
+            context.scene,
+            context.gbuffer,
+            plan,
+            bias_scale=self._bias_scale,
+            margin_texels=self._margin_texels,
+        )
+
+    def _lookup_pipeline(self, atlas: ShadowAtlas) -> wgpu.GPUComputePipeline:
+        if self._pipeline is None:
+            context = self._context
+            layouts = [context.gbuffer.receiver_layout, context.scene.layout, atlas.lookup_layout, self._target_layout]
+            compute = {"module": self._module, "entry_point": "cs_visibility", "constants": self._constants}
+            layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
+            self._pipeline = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)
+        return self._pipeline
+
+    def encode(self, commands: Commands) -> None:
+        for atlas, index in self._turns:
+            atlas.encode_fit(commands.encoder, commands.timer, index)
+            for chunk in range(atlas.plan.chunks):
+                atlas.encode_draw(commands.encoder, commands.timer, chunk)
+                self._encode_lookup(commands, atlas, chunk)
+                commands.account(self._chunk_ms(atlas))
+
+    def _encode_lookup(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        context, (width, height) = self._context, self._context.gbuffer.size
+        lookup = commands.encoder.begin_compute_pass(timestamp_writes=commands.timer.writes("lookup"))
+        lookup.set_pipeline(self._lookup_pipeline(atlas))
+        lookup.set_bind_group(0, context.gbuffer.receiver_bindings)
+        lookup.set_bind_group(1, context.scene.bindings)
+        lookup.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
+        lookup.set_bind_group(3, self._target)
+        lookup.dispatch_workgroups(-(-width // 8), -(-height // 8))
+        lookup.end()
+
+    def _chunk_ms(self, atlas: ShadowAtlas) -> float:
+        gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
+        samples = atlas.plan.samples_per_chunk
+        lookups = self._lookups(atlas.plan.samples) / atlas.plan.samples * samples
+        return samples * self._context.scene.triangle_count / gpu.triangles_per_ms + width * height * lookups / gpu.lookups_per_ms

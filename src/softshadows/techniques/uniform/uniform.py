@@ -1,0 +1,89 @@
+"""Uniform light sampling: one hard shadow map for every point of a grid on the light, averaged.
+
+Paper
+    [Schwaerzler2012]  Schwärzler, Mattausch, Scherzer, Wimmer, "Fast Accurate Soft Shadows with Adaptive Light Source
+    Sampling", VMV 2012: the fixed sampling that the paper measures itself against.
+
+Section map
+    [Schwaerzler2012 Eq. 2]   share of the visible samples   -> uniform.wgsl cs_visibility()
+
+Departures from the paper
+    - `weights="trapezoid"` is the default. On a grid that touches the light's border, the paper's equal weights count the border
+      twice as much as its area deserves: on a half plane parallel to the light the largest error is 1/17 with 17×17 samples,
+      and 1/32 with trapezoid weights. `weights="equal"` is the paper's.
+    - Shadow maps are fitted to what the camera sees and cut into cube faces, so that no receiver falls outside, and store
+      reciprocal depth; see docs/decisions/0001-shadow-maps.md. `resolution=512` gives the paper's map size.
+    - Samples below a receiver's horizon count as invisible.
+
+Use when
+    you need a dependable soft shadow and time does not matter: the more samples, the closer to the truth.
+Fails when
+    the penumbra is wider on screen than twice the number of samples along the light in pixels: bands show (scene `blocker`, seen from near).
+    Occluders thinner than a texel of the shadow map break up (scene `fence` with a low `resolution`).
+Inputs
+    rectangle, disk and line lights; lights without size take one sample.
+Cost
+    grid² shadow maps (grid for a line) and as many look-ups per pixel.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, Samples
+
+
+def grid_samples(light: Light, grid: int, weights: str, layout: str) -> Samples:
+    """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
+
+    `layout` corners puts the outer points on the light's border, centres into the middle of grid×grid cells. `weights`
+    trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has `grid`
+    points; a light without size, one.
+    """
+    a, b = light.half_extent
+    if layout == "corners" and grid > 1:
+        steps = np.linspace(-1.0, 1.0, grid)
+        ramp = np.ones(grid)
+        if weights == "trapezoid":
+            ramp[1:-1] = 2.0
+    else:
+        steps = (2.0 * np.arange(grid) + 1.0) / grid - 1.0
+        ramp = np.ones(grid)
+    if a == 0.0 and b == 0.0:
+        return np.zeros((1, 2)), np.ones(1)
+    if b == 0.0 or a == 0.0:
+        line = np.stack([steps * a, steps * b], axis=1)
+        return line, ramp
+    s, t = np.meshgrid((steps + 1.0) / 2.0, (steps + 1.0) / 2.0)
+    offsets = light.points(s.ravel(), t.ravel()) - light.center
+    return offsets @ light.axes[:2].T, np.outer(ramp, ramp).ravel()
+
+
+class Uniform(Technique):
+    """Average of grid×grid hard shadows; 17 gives the paper's 289 maps. Options are validated; see the module for the manual."""
+
+    name: ClassVar[str] = "uniform"
+    light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
+
+    grid: int = option(17, "light samples along each side of the light", low=1, high=64)
+    weights: str = option("trapezoid", "how samples are weighted; equal is the paper's", choices=("trapezoid", "equal"))
+    layout: str = option("corners", "samples on the light's border, or in the middle of cells", choices=("corners", "centres"))
+    resolution: int | str = option("auto", "texels along a shadow map's side", low=16, high=16384, or_word="auto")
+    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    memory_budget: int = option(DEFAULT_MEMORY_BUDGET, "MiB for the maps drawn at one time", low=1, high=65536)
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return SampledPass(
+            context,
+            Path(__file__).with_name("uniform.wgsl"),
+            samples_of=lambda light: grid_samples(light, self.grid, self.weights, self.layout),
+            resolution=self.resolution,
+            lookups=float,
+            bias_scale=self.bias_scale,
+            memory_budget=self.memory_budget,
+        )
