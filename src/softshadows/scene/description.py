@@ -172,7 +172,7 @@ def _argument(table: Table, key: str) -> object:
 
 
 def _pairs(text: str, option: str) -> dict[str, Any]:
-    """`key=value` pairs of a command-line text; values are numbers, several with commas between, true, false, or words."""
+    """`key=value` pairs of a command-line text; a value is a number, several with commas, true, false, or a word."""
     values: dict[str, Any] = {}
     for part in re.split(r"[:;]", text):
         key, equals, value = (piece.strip() for piece in part.partition("="))
