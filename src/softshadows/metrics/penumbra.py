@@ -61,4 +61,4 @@ def penumbra_width_error(
     visibility, truth, mask = checked(visibility, truth, mask)
     area = np.count_nonzero(mask & (visibility > LOW) & (visibility < HIGH))
     true_area = np.count_nonzero(mask & (truth > LOW) & (truth < HIGH))
-    return (area - true_area) / max(true_area, 1)
+    return float((area - true_area) / max(true_area, 1))
