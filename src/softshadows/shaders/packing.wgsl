@@ -38,8 +38,10 @@ fn pack_rgb9e5(color: vec3f) -> u32 {
     return mantissa.r | (mantissa.g << 9u) | (mantissa.b << 18u) | (u32(exponent) << 27u);
 }
 
+// What a value is multiplied by to become its mantissa.
 fn rgb9e5_scale(exponent: i32) -> f32 {
-    return exp2(f32(RGB9E5_MANTISSA_BITS + RGB9E5_EXPONENT_BIAS - exponent));
+    let power = RGB9E5_MANTISSA_BITS + RGB9E5_EXPONENT_BIAS - exponent;
+    return bitcast<f32>(u32(power + 127) << 23u);  // 2^power, exact
 }
 
 fn unpack_rgb9e5(bits: u32) -> vec3f {
