@@ -164,8 +164,10 @@ def _check_version(root: Item) -> None:
         if not re.fullmatch(r"[0-9]{1,9}\.[0-9]{1,9}", version):
             raise asset.error("PATTERN_MISMATCH", f"expected a version such as 2.0, got {version[:60]!r}", key)
         major, minor = (int(part) for part in version.split("."))
-        if major != 2 or (key == "minVersion" and minor > 0):
+        if major != 2:
             raise asset.error("UNKNOWN_ASSET_MAJOR_VERSION", f"glTF 2.0 is supported, got {version}", key)
+        if minor > 0 and key == "minVersion":  # a later `version` alone promises to be readable as 2.0
+            raise asset.error("UNKNOWN_ASSET_MINOR_VERSION", f"glTF 2.0 is supported, the file needs {version}", key)
 
 
 def _buffer_views(root: Item) -> list[BufferView]:

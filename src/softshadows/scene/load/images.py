@@ -1,4 +1,4 @@
-"""Encoded images (PNG, JPEG, WebP) to (height, width, 4) uint8 pixels, by Pillow; limits are checked before decoding."""
+"""Encoded images (PNG, JPEG, WebP) to (height, width, 4) uint8 by Pillow, with limits checked before decoding."""
 
 from __future__ import annotations
 
