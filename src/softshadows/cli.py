@@ -1,0 +1,437 @@
+"""The command line. Heavy imports wait inside the commands, so that `--help` answers at once.
+
+Bad input, whatever it is, ends in one sentence on stderr and exit code 2.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from enum import StrEnum
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from softshadows.errors import OptionError, SoftShadowsError
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from softshadows.scene.shot import Shot
+    from softshadows.techniques import Technique
+
+BAD_INPUT = 2
+PICTURES = (".png", ".exr", ".npz")
+
+
+class OnMissing(StrEnum):
+    """What to do about a texture that a model names and that is not there."""
+
+    error = "error"
+    warn = "warn"
+
+
+class OneSentence(TyperGroup):
+    """Turns our exceptions into a sentence on stderr and exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        try:
+            return super().invoke(ctx)
+        except SoftShadowsError as error:
+            typer.echo(f"softshadows: {' '.join(str(error).split())}", err=True)
+            raise typer.Exit(BAD_INPUT) from None
+
+
+app = typer.Typer(
+    cls=OneSentence,
+    no_args_is_help=True,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+    help="""Soft shadows from area and line lights, measured against ray-traced truth.
+
+SCENE is a model file (glTF, GLB, OBJ, PLY, STL), the name of a built-in scene, or a shot: a TOML file that says
+everything about a picture.
+
+    softshadows render figures -o figures.png
+
+    softshadows compare chair.glb --ground -t hard,pcss,uniform -o report/
+
+    softshadows techniques
+""",
+)
+
+SceneArgument = Annotated[
+    str, typer.Argument(metavar="SCENE", help="Model file, built-in scene or shot (.toml).", show_default=False)
+]
+OptionsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-O",
+        metavar="NAME=VALUE",
+        help="An option of the technique; `softshadows techniques` lists them. Repeatable.",
+        show_default=False,
+    ),
+]
+LightOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--light",
+        metavar="LIGHT",
+        help="Replaces the scene's lights: `rect:position=0,4,0:target=0,0,0:width=1:height=1:radiance=10,10,10` or "
+        "`line:start=-1,4,0:end=1,4,0:radiance=10,10,10`; also disk, point, spot, directional. Repeatable.",
+        show_default=False,
+    ),
+]
+CameraOption = Annotated[
+    str | None,
+    typer.Option(
+        "--camera",
+        metavar="CAMERA",
+        help="`position=3,2,4:target=0,1,0:fov=45`, metres and degrees.",
+        show_default=False,
+    ),
+]
+SizeOption = Annotated[
+    str | None,
+    typer.Option("--size", metavar="WxH", help="Picture size in pixels, such as `1024x768`.", show_default=False),
+]
+GroundOption = Annotated[bool, typer.Option("--ground", help="Add a plane under the scene's lowest point.")]
+OnMissingOption = Annotated[OnMissing, typer.Option("--on-missing", help="What to do about a missing texture.")]
+
+
+@app.command()
+def render(
+    scene: SceneArgument,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", help="Picture: .png (displayed), .exr or .npz (linear, every image by name)."),
+    ],
+    technique: Annotated[
+        str | None,
+        typer.Option("-t", "--technique", metavar="NAME", help="How to compute the shadows.", show_default=False),
+    ] = None,
+    options: OptionsOption = None,
+    light: LightOption = None,
+    camera: CameraOption = None,
+    size: SizeOption = None,
+    ground: GroundOption = False,
+    on_missing: OnMissingOption = OnMissing.error,
+) -> None:
+    """Render a picture.
+
+    `softshadows render figures -o figures.png`
+
+    `softshadows render chair.glb --ground -t uniform -O grid=9 --size 800x600 -o chair.exr`
+
+    `softshadows render chair.glb --light line:start=-1,2,0:end=1,2,0:radiance=30,30,30 -o chair.png`
+    """
+    console = _console()
+    if output.suffix.lower() not in PICTURES:
+        raise OptionError(f"--output must end in one of {', '.join(PICTURES)}, got {str(output)!r}")
+    _check_folder(output.parent)
+    with console.status("reading the scene"):
+        shot = _open(scene, light, camera, size, ground, on_missing)
+    with console.status("preparing the device"):
+        from softshadows.frame import Renderer
+
+        chosen = _technique_of(shot, technique, options or [])
+        if chosen is None:
+            renderer = Renderer(shot.scene, size=shot.size)
+        else:
+            renderer = Renderer(shot.scene, technique=chosen, size=shot.size)
+    with console.status(f"rendering with {renderer.technique.name}"), renderer:
+        frame = renderer.render(shot.camera)
+        _save(frame, output)
+    _say(console, [*shot.notes, *(w for w in frame.stats.warnings if w not in shot.notes)])
+    milliseconds = sum(frame.stats.gpu_ms.values())
+    timing = f", {milliseconds:.1f} ms on the GPU" if milliseconds else ""
+    console.print(
+        f"{output}: {shot.size[0]}×{shot.size[1]}, technique {renderer.technique.name}, "
+        f"{frame.stats.shadow_maps} shadow maps{timing}",
+        highlight=False,
+    )
+
+
+@app.command()
+def compare(
+    scene: SceneArgument,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Folder for index.html, results.json and the images.")],
+    technique: Annotated[
+        str | None,
+        typer.Option(
+            "-t",
+            "--techniques",
+            metavar="NAMES",
+            help="Names with commas between, each with options of its own where needed: "
+            "`pcss,uniform:grid=5,uniform:grid=17`. Left out: all that can do the scene's lights.",
+            show_default=False,
+        ),
+    ] = None,
+    options: OptionsOption = None,
+    light: LightOption = None,
+    camera: CameraOption = None,
+    size: SizeOption = None,
+    ground: GroundOption = False,
+    samples: Annotated[
+        int, typer.Option("--samples", min=1, max=65536, help="Rays per pixel and light for the truth.")
+    ] = 1024,
+    repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 3,
+    on_missing: OnMissingOption = OnMissing.error,
+) -> None:
+    """Compare techniques with each other and with ray-traced truth: an HTML page, results.json, images.
+
+    `softshadows compare blocker -t hard,pcss,uniform -o report/`
+
+    `softshadows compare shot.toml -t uniform:grid=5,uniform:grid=17 --size 640x480 -o report/`
+
+    -O applies to every technique that has the option.
+    """
+    console = _console()
+    _check_folder(output, make=True)
+    with console.status("reading the scene"):
+        shot = _open(scene, light, camera, size, ground, on_missing)
+    with console.status("preparing the device"):
+        from softshadows.report.compare import write_report
+        from softshadows.report.console import progress, results_table
+        from softshadows.report.measure import measure
+
+        techniques = _techniques_of(shot, technique, options or [])
+    with progress(console) as notice:
+        measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice)
+        index = write_report(measurement, output)
+    _say(console, shot.notes)
+    console.print(results_table([measurement]))
+    console.print(f"open {index} in a browser; the figures are in {output / 'results.json'}", highlight=False)
+
+
+@app.command()
+def bench(
+    suite: Annotated[
+        str, typer.Argument(metavar="SUITE", help="A suite's name, such as `baselines`.", show_default=False)
+    ],
+    json: Annotated[
+        Path | None, typer.Option("--json", help="Also write all figures to this file.", show_default=False)
+    ] = None,
+    size: SizeOption = None,
+    samples: Annotated[
+        int, typer.Option("--samples", min=1, max=65536, help="Rays per pixel and light for the truth.")
+    ] = 256,
+    repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 5,
+) -> None:
+    """Run a benchmark suite: every figure beside the truth, medians over frames rendered in turns.
+
+    `softshadows bench baselines --json baselines.json`
+
+    The real scenes are measured too where SOFTSHADOWS_SCENES names their folder.
+    """
+    console = _console()
+    if json is not None:
+        _check_folder(json.parent)
+    with console.status("preparing the device"):
+        from softshadows.report.console import progress, results_table
+        from softshadows.report.results import results, write_json
+        from softshadows.report.suites import Settings, find_suite
+        from softshadows.scene.description import size_from_text
+
+        run = find_suite(suite)
+        settings = Settings(size_from_text(size) if size else None, samples, repeats)
+    with progress(console) as notice:
+        measurements = run(settings, notice)
+        data = results(measurements, suite=suite)
+    if json is not None:
+        write_json(data, json)
+    console.print(results_table(measurements))
+    _say(console, [f"{m.shot.name}: {sentence}" for m in measurements for sentence in m.skipped])
+    machine = data["environment"]
+    adapter = machine["adapter"]
+    console.print(
+        f"{adapter['adapter']} ({adapter['backend']}, {adapter['driver']}), {machine['cpu']}, "
+        f"commit {machine['commit']}",
+        highlight=False,
+    )
+
+
+@app.command()
+def techniques() -> None:
+    """List the techniques, their options and the legal values."""
+    from rich.table import Table
+
+    from softshadows.techniques import TECHNIQUES
+    from softshadows.techniques.base import legal_values
+
+    console = _console()
+    for name, cls in TECHNIQUES.items():
+        console.print(f"[bold]{name}[/bold]  {_summary(cls)}", highlight=False)
+        if cls.options():
+            table = Table(box=None, show_header=False, padding=(0, 1, 0, 4))
+            for option in cls.options():
+                meaning = f"{option.metadata['help']} [dim]({legal_values(option)})[/dim]"
+                table.add_row(f"{option.name}={option.default}", meaning)
+            console.print(table)
+
+
+@app.command()
+def scenes() -> None:
+    """List the built-in scenes."""
+    from rich.table import Table
+
+    from softshadows.scene.builtin import SCENES, describe
+
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for name in SCENES:
+        table.add_row(f"[bold]{name}[/bold]", describe(name))
+    _console().print(table)
+
+
+@app.command()
+def info() -> None:
+    """Show the graphics adapter, its limits, what it lacks, and the versions in use."""
+    from rich.table import Table
+
+    from softshadows.report.environment import environment
+
+    found = environment()
+    adapter = found["adapter"]
+    table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
+    for name in ("adapter", "type", "backend", "driver"):
+        table.add_row(name, str(adapter[name]))
+    table.add_row("features", ", ".join(adapter["features"]) or "none of the optional ones")
+    for missing in adapter["fallbacks"]:
+        table.add_row("without", missing)
+    for name, limit in adapter["limits"].items():
+        table.add_row(name, f"{limit:,}")
+    table.add_row("processor", f"{found['cpu']}, {found['cpu_count']} cores")
+    table.add_row("system", found["system"])
+    table.add_row("versions", ", ".join(f"{name} {number}" for name, number in found["versions"].items() if number))
+    if found["commit"]:
+        table.add_row("commit", found["commit"])
+    _console().print(table)
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        from importlib.metadata import version
+
+        typer.echo(f"softshadows {version('softshadows')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _top(
+    version: Annotated[
+        bool, typer.Option("--version", help="Show the version and stop.", callback=_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Options that come before any command; its help is the application's."""
+
+
+def _open(
+    scene: str, light: list[str] | None, camera: str | None, size: str | None, ground: bool, on_missing: OnMissing
+) -> Shot:
+    """The shot that SCENE and the options beside it describe."""
+    from softshadows.scene.description import camera_from_text, light_from_text, size_from_text
+    from softshadows.scene.shot import open_shot
+
+    return open_shot(
+        scene,
+        camera=camera_from_text(camera) if camera is not None else None,
+        lights=[light_from_text(text) for text in light or []],
+        size=size_from_text(size) if size is not None else None,
+        ground=ground,
+        on_missing=on_missing.value,
+    )
+
+
+def _technique_of(shot: Shot, name: str | None, options: list[str]) -> Technique | None:
+    """The technique of -t and -O over the shot's; None where neither names one, for the renderer's default."""
+    from softshadows.techniques import make_technique
+
+    given = dict(_option(text) for text in options)
+    if shot.technique is not None and name in (None, shot.technique.name):
+        return make_technique(shot.technique.name, {**shot.technique.options, **given})
+    if name is not None:
+        return make_technique(name, given)
+    if given:
+        raise OptionError(f"-O {next(iter(given))}=... needs a technique to belong to: name it with -t")
+    return None
+
+
+def _techniques_of(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:
+    """The techniques to compare: those named, or all that can do the shot's lights."""
+    from softshadows.techniques import TECHNIQUES, make_technique
+
+    if names is None:
+        wanted = [cls.name for cls in TECHNIQUES.values() if _can_do(cls, shot)]
+    else:
+        wanted = [name.strip() for name in names.split(",") if name.strip()]
+    shared = dict(_option(text) for text in options)
+    unused = set(shared)
+    made = []
+    for entry in wanted:
+        name, *own = entry.split(":")
+        known = {option.name for option in TECHNIQUES[name].options()} if name in TECHNIQUES else set()
+        unused -= known
+        made.append(
+            make_technique(name, {**{k: v for k, v in shared.items() if k in known}, **dict(map(_option, own))})
+        )
+    if unused:
+        raise OptionError(f"-O {sorted(unused)[0]}: none of the techniques compared has this option")
+    return made
+
+
+def _can_do(cls: type[Technique], shot: Shot) -> bool:
+    try:
+        cls.check_lights(shot.scene.lights)
+    except OptionError:
+        return False
+    return True
+
+
+def _option(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise OptionError(f"an option is written NAME=VALUE, got {text!r}")
+    return name.strip(), value.strip()
+
+
+def _check_folder(folder: Path, *, make: bool = False) -> None:
+    """OptionError where a result could not be written there: better before an hour's work than after it."""
+    try:
+        if make:
+            folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise OptionError(f"{folder} cannot be used for the output: {error.strerror or error}") from error
+    if not folder.is_dir():
+        raise OptionError(f"the folder {str(folder)!r} for the output does not exist; make it first")
+
+
+def _save(frame: Any, output: Path) -> None:
+    try:
+        frame.save(output)
+    except OSError as error:
+        raise OptionError(f"{output} cannot be written: {error.strerror or error}") from error
+
+
+def _summary(cls: type) -> str:
+    """The first line of a class's docstring, or of its module's."""
+    text = cls.__doc__ or sys.modules[cls.__module__].__doc__ or ""
+    return text.strip().splitlines()[0]
+
+
+def _say(console: Console, sentences: Iterable[str]) -> None:
+    for sentence in dict.fromkeys(sentences):
+        console.print(f"note: {sentence}", style="dim", highlight=False, markup=False)
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    return Console()
+
+
+def main() -> None:
+    """The `softshadows` command."""
+    app(prog_name="softshadows")

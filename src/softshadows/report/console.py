@@ -1,0 +1,57 @@
+"""What is shown on a terminal while measuring, and the table at the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from softshadows.report.measure import Measurement, Notice
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+
+@contextmanager
+def progress(console: Console) -> Iterator[Notice]:
+    """A bar that says what is being done; gone when it is done, and silent where the output is not a terminal."""
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+    columns = (SpinnerColumn(), BarColumn(bar_width=24), TimeElapsedColumn(), TextColumn("{task.description}"))
+    with Progress(*columns, console=console, transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def notice(doing: str, share: float) -> None:
+            bar.update(task, description=doing, completed=share)
+
+        yield notice
+
+
+def results_table(measurements: Sequence[Measurement]) -> Table:
+    """A row per scene and technique, errors as the mean over its lights."""
+    from rich.table import Table
+
+    table = Table()
+    table.add_column("scene")
+    table.add_column("technique")
+    for heading in ("shadow maps", "ms", "rmse", "bias", "leak rate", "false shadow"):
+        table.add_column(heading, justify="right")
+    for measurement in measurements:
+        for result in measurement.results:
+            count = max(len(result.comparisons), 1)
+            rmse, bias, leak, false_shadow = (
+                sum(getattr(comparison, name) for comparison in result.comparisons) / count
+                for name in ("rmse", "bias", "leak_rate", "false_shadow_rate")
+            )
+            table.add_row(
+                measurement.shot.name,
+                result.label,
+                str(result.stats["shadow_maps"]),
+                f"{result.frame_ms:.1f}",
+                f"{rmse:.4f}",
+                f"{bias:+.4f}",
+                f"{leak:.2%}",
+                f"{false_shadow:.2%}",
+            )
+    return table

@@ -1,0 +1,236 @@
+"""One shot through several techniques: each one's visibility, its time, and its distance to the truth.
+
+Pictures are composed here for all techniques alike, unshadowed radiance per light × visibility, so that only the
+visibility differs between them; their FLIP is against the picture composed with the truth.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from softshadows import metrics, truth
+from softshadows.display import automatic_exposure, display
+from softshadows.errors import DeviceError, OptionError
+from softshadows.frame import Frame, Renderer, render
+from softshadows.scene.model import Scene
+from softshadows.scene.shot import Shot
+from softshadows.techniques import Technique, make_technique
+
+Floats = npt.NDArray[np.float32]
+Picture = npt.NDArray[np.uint8]
+Notice = Callable[[str, float], None]
+"""Called before each step with what is being done and the share of all steps that is done, 0..1."""
+
+MAX_MEASURED_PIXELS = 8192 * 8192
+UNSHADOWED = "none"
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """What every technique is measured against.
+
+    visibility (lights, height, width) float32 by `samples` rays per pixel, with their mean standard error; mask
+    (lights, height, width) bool, where metrics apply; picture (height, width, 3) uint8 sRGB, at `exposure` stops.
+    """
+
+    visibility: Floats
+    mask: npt.NDArray[np.bool_]
+    picture: Picture
+    exposure: float
+    samples: int
+    standard_error: float
+    seconds: float
+
+
+@dataclass(eq=False)
+class Result:
+    """A technique on the shot. `frame_ms` is the median wall time of a frame with its read-back, after a first one."""
+
+    technique: Technique
+    label: str
+    visibility: Floats
+    picture: Picture
+    comparisons: list[metrics.Comparison]
+    flip: float | None
+    frame_ms: float
+    stats: dict[str, Any]
+    warnings: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """A shot, its reference, and what each technique made of it; `skipped` says in sentences which could not run."""
+
+    shot: Shot
+    reference: Reference
+    results: list[Result]
+    skipped: list[str] = field(default_factory=list)
+
+
+def label_of(technique: Technique) -> str:
+    """The technique's name with the options that differ from their defaults: `uniform:grid=9`."""
+    changed = [
+        f"{option.name}={getattr(technique, option.name)}"
+        for option in technique.options()
+        if getattr(technique, option.name) != option.default
+    ]
+    return ":".join([technique.name, *changed])
+
+
+def measure(
+    shot: Shot,
+    techniques: Sequence[Technique],
+    *,
+    samples: int = 1024,
+    repeats: int = 3,
+    notice: Notice = lambda doing, share: None,
+    skip: bool = False,
+) -> Measurement:
+    """Render `shot` with every technique and compare each with ray-traced truth of `samples` rays per pixel and light.
+
+    `repeats` frames of each are timed, in turns so that a machine's moods fall on all alike. Raises OptionError where a
+    technique cannot do the shot's lights and DeviceError where the adapter cannot do it; with `skip` they are left out.
+    """
+    if not techniques:
+        raise OptionError("nothing to compare: name at least one technique")
+    if not shot.scene.lights:
+        raise OptionError("nothing to compare: the scene has no light")
+    if shot.size[0] * shot.size[1] > MAX_MEASURED_PIXELS:
+        raise OptionError(f"comparing needs at most {MAX_MEASURED_PIXELS} pixels, got {shot.size[0]}×{shot.size[1]}")
+    skipped: list[str] = []
+    able = []
+    for technique in dict.fromkeys(techniques):
+        try:
+            technique.check_lights(shot.scene.lights)
+            able.append(technique)
+        except OptionError as error:
+            if not skip:
+                raise
+            skipped.append(str(error))
+
+    notice("rendering without shadows", 0.0)
+    emitted, unshadowed, frame = _unshadowed(shot)
+    notice(f"tracing the truth, {samples} rays per pixel and light", 0.05)
+    reference = _reference(shot, frame, samples, emitted, unshadowed)
+    rendered, times, failed = _render_in_turns(shot, able, repeats, notice, skip)
+    skipped += failed
+
+    notice("comparing", 0.95)
+    results = []
+    for technique, frame in rendered.items():
+        picture = display(_lit(emitted, unshadowed, frame.visibility), exposure=reference.exposure)
+        comparisons = [
+            metrics.compare(*light)
+            for light in zip(frame.visibility, reference.visibility, reference.mask, strict=True)
+        ]
+        results.append(
+            Result(
+                technique=technique,
+                label=label_of(technique),
+                visibility=frame.visibility,
+                picture=picture,
+                comparisons=comparisons,
+                flip=_flip(picture, reference.picture),
+                frame_ms=statistics.median(times[technique]),
+                stats=_stats(frame),
+                warnings=list(frame.stats.warnings),
+            )
+        )
+    notice("done", 1.0)
+    return Measurement(shot, reference, results, skipped)
+
+
+def _unshadowed(shot: Shot) -> tuple[Floats, Floats, Frame]:
+    """Emitted radiance (h, w, 3), unshadowed radiance of each light (lights, h, w, 3), and a frame with all lights."""
+    scene, technique = shot.scene, make_technique(UNSHADOWED)
+
+    def lit_by(lights: list) -> Frame:
+        alone = Scene(scene.nodes, lights, scene.camera)
+        return render(alone, shot.camera, technique=technique, size=shot.size)
+
+    emitted = lit_by([]).color
+    single = [lit_by([light]) for light in scene.lights]
+    frame = single[0] if len(single) == 1 else lit_by(scene.lights)
+    return emitted, np.stack([one.color - emitted for one in single]), frame
+
+
+def _reference(shot: Shot, frame: Frame, samples: int, emitted: Floats, unshadowed: Floats) -> Reference:
+    started = time.perf_counter()
+    visibility, error = truth.visibility(shot.scene, frame, samples=samples, return_error=True)
+    mask = frame.facing & frame.surface
+    radiance = _lit(emitted, unshadowed, visibility)
+    exposure = automatic_exposure(radiance)
+    return Reference(
+        visibility=visibility,
+        mask=mask,
+        picture=display(radiance, exposure=exposure),
+        exposure=exposure,
+        samples=samples,
+        standard_error=float(error[mask].mean()) if mask.any() else 0.0,
+        seconds=time.perf_counter() - started,
+    )
+
+
+def _lit(emitted: Floats, unshadowed: Floats, visibility: Floats) -> Floats:
+    """(h, w, 3) linear radiance: what each light would give alone × what is visible of it, and what glows by itself."""
+    return emitted + np.einsum("lyxc,lyx->yxc", unshadowed, visibility)
+
+
+def _render_in_turns(
+    shot: Shot, techniques: list[Technique], repeats: int, notice: Notice, skip: bool
+) -> tuple[dict[Technique, Frame], dict[Technique, list[float]], list[str]]:
+    """The last frame of each technique, its wall times in milliseconds, and which could not run."""
+    frames: dict[Technique, Frame] = {}
+    times: dict[Technique, list[float]] = {technique: [] for technique in techniques}
+    failed = []
+    with ExitStack() as stack:
+        renderers: dict[Technique, Renderer] = {}
+        rounds, done = repeats + 1, 0
+        for turn in range(rounds):  # the first turn compiles and uploads, and is not timed
+            for technique in techniques if turn == 0 else list(renderers):
+                share = 0.25 + 0.7 * done / (rounds * len(techniques))
+                notice(f"{label_of(technique)}, " + (f"frame {turn} of {repeats}" if turn else "first frame"), share)
+                done += 1
+                try:
+                    if turn == 0:
+                        renderers[technique] = stack.enter_context(
+                            Renderer(shot.scene, technique=technique, size=shot.size)
+                        )
+                    started = time.perf_counter()
+                    frames[technique] = renderers[technique].render(shot.camera)
+                    if turn:
+                        times[technique].append(1e3 * (time.perf_counter() - started))
+                except DeviceError as error:
+                    if not skip:
+                        raise
+                    renderers.pop(technique, None)
+                    frames.pop(technique, None)
+                    failed.append(f"{label_of(technique)}: {error}")
+    return frames, times, failed
+
+
+def _stats(frame: Frame) -> dict[str, Any]:
+    stats = frame.stats
+    return {
+        "shadow_maps": stats.shadow_maps,
+        "lookups_per_pixel": stats.lookups_per_pixel,
+        "gpu_ms": dict(stats.gpu_ms),
+        "cpu_ms": stats.cpu_ms,
+        "gpu_bytes": stats.gpu_bytes,
+    }
+
+
+def _flip(picture: Picture, reference: Picture) -> float | None:
+    """FLIP of two pictures; None where its evaluator is not installed."""
+    try:
+        return metrics.flip(picture / np.float32(255.0), reference / np.float32(255.0)).mean
+    except DeviceError:
+        return None

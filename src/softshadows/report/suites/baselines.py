@@ -1,0 +1,51 @@
+"""The standard techniques on every built-in scene, and on the real scenes where they are at hand."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from softshadows.errors import SceneError
+from softshadows.report.measure import Measurement, Notice, measure
+from softshadows.scene.builtin import SCENES
+from softshadows.scene.shot import open_shot
+from softshadows.techniques import TECHNIQUES, make_technique
+
+if TYPE_CHECKING:
+    from softshadows.report.suites import Settings
+
+NAMES = ("none", "hard", "pcf", "pcss", "vsm", "uniform")
+SIZE = (512, 384)
+SCENES_VARIABLE = "SOFTSHADOWS_SCENES"
+
+
+def run(settings: Settings, notice: Notice) -> list[Measurement]:
+    """The standard techniques on the built-in scenes, and on the shots in $SOFTSHADOWS_SCENES where it is set."""
+    techniques = [make_technique(name) for name in NAMES if name in TECHNIQUES]
+    sources = list(_sources())
+    measurements = []
+    for index, source in enumerate(sources):
+
+        def within(doing: str, share: float, index: int = index, name: str = Path(source).stem) -> None:
+            notice(f"{name}: {doing}", (index + share) / len(sources))
+
+        within("opening", 0.0)
+        shot = replace(open_shot(source), size=settings.size or SIZE)
+        measurements.append(
+            measure(shot, techniques, samples=settings.samples, repeats=settings.repeats, notice=within, skip=True)
+        )
+    return measurements
+
+
+def _sources() -> Iterator[str]:
+    """Names of built-in scenes, then paths of shots; SceneError where the variable is set to a folder without any."""
+    yield from SCENES
+    folder = os.environ.get(SCENES_VARIABLE)
+    if folder:
+        shots = sorted(Path(folder, "shots").glob("*.toml"))
+        if not shots:
+            raise SceneError(f"{SCENES_VARIABLE} is set, but holds no shots/*.toml", code="SCENE_UNKNOWN", file=folder)
+        yield from map(str, shots)
