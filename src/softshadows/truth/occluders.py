@@ -21,13 +21,14 @@ Array = npt.NDArray[np.float64]
 Floats = npt.NDArray[np.float32]
 Bools = npt.NDArray[np.bool_]
 
-OFFSET = 32 * 2.0**-24
-"""How far off a surface a ray must start, as a share of the largest coordinate around.
+OFFSET = 16 * 2.0**-24
+"""How far off a surface a ray must start, as a share of the largest coordinate around: 1 µm per metre.
 
 A float32 point on a plane, and Embree's distance to that plane, err by a few half-ULPs (2⁻²⁴) of the coordinates that
-span it. On 800 tilted planes of 1 m to 1 km, with points interpolated in float32 and rays from grazing (slope 1e-4) to
-upright, 6 half-ULPs of the largest coordinate freed every one of 3.2 million rays from its own plane; 32 leaves room
-for a rasteriser's interpolation. It is 2 µm per metre of scene: a contact shadow closes to within that.
+span it. Measured, in half-ULPs: 6 freed all of 3.2 million rays, upright to grazing (slope 1e-4), from 800 tilted
+planes of 1 m to 1 km that they started on. On rasterised frames of six real and eight built-in scenes 1/4 left acne
+on up to half of the pixels, 1 on 7e-5 of them, 4 none; and 16 changes their mean by no more than 3e-5 against 4, so
+that contact shadows lose nothing. As it goes by the whole scene, a sky dome of 10 km opens contacts by 1 cm.
 """
 
 
