@@ -26,7 +26,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 MIN_ROUGHNESS = 0.045
-"""The smoothest entry, as in area_light.wgsl: Filament's limit for float32 (Filament documentation, section 4.8.3.3)."""
+"""The smoothest entry, as in area_light.wgsl: the limit for float32 in Filament's documentation, section 4.8.3.3."""
 MIN_COSINE = 1e-3
 """cos θ_v of the grazing row: at zero the lobe has no limit that a table could hold."""
 TABLE = Path(__file__).parent.parent / "src/softshadows/passes/lighting/ltc.npy"
@@ -53,7 +53,7 @@ def lobe_and_density(view: Array, light: Array, alpha: float) -> tuple[Array, Ar
 
 
 def sample_lobe(view: Array, uniform: Array, alpha: float) -> Array:
-    """Reflections about normals visible from `view` (views, 3): Heitz, JCGT 7(4), 2018. (views, points, 3), not all above."""
+    """Reflections, (views, points, 3), about normals visible from `view` (Heitz, JCGT 7(4), 2018); some are below."""
     stretched = view * (alpha, alpha, 1.0)
     stretched /= np.linalg.norm(stretched, axis=-1, keepdims=True)
     across = np.array([0.0, 1.0, 0.0])  # `view` lies in the xz plane
@@ -91,13 +91,11 @@ def inverse_matrix(parameters: Array) -> Array:
     """Entries a, b, c, d, (views, 4), of the inverse of M = rotation(tilt) · [[x 0 s] [0 y 0] [0 0 1]], times y."""
     tilt, x, y, shear = parameters[:, 0], np.exp(parameters[:, 1]), np.exp(parameters[:, 2]), parameters[:, 3]
     sine, cosine = np.sin(tilt), np.cos(tilt)
-    return np.stack(
-        [y / x * (cosine - shear * sine), -y / x * (sine + shear * cosine), y * sine, y * cosine], axis=-1
-    )
+    return np.stack([y / x * (cosine - shear * sine), -y / x * (sine + shear * cosine), y * sine, y * cosine], axis=-1)
 
 
 def transformed_cosine(matrix: Array, light: Array) -> Array:
-    """The distribution at `light` (views, points, 3), cut off at the horizon and scaled to integrate to one above it."""
+    """The distribution at `light` (views, points, 3), cut at the horizon and scaled to integrate to one above it."""
     a, b, c, d = matrix.T[:, :, None]
     x, y, z = a * light[..., 0] + b * light[..., 2], light[..., 1], c * light[..., 0] + d * light[..., 2]
     determinant = a * d - b * c

@@ -2,10 +2,11 @@
 //
 // Diffuse is exact, with the light cut at the receiver's horizon: rectangles by Lambert's polygon formula (Baum et al.
 // 1989), disks by the same boundary integral along the circle, lines by the integral over the angle they subtend.
-// In float32 the relative error is about 1e-7 divided by the angle in radians that the light subtends.
+// In float32 the relative error is below 5e-7 divided by the angle in radians that the light subtends.
 // Specular is GGX with height-correlated Smith masking and Schlick's Fresnel. Points, spots and directional lights
 // evaluate it; rectangles and disks use linearly transformed cosines (Heitz et al. 2016), lines their form for lines
-// (Heitz and Hill 2017), with the table that benchmarks/fit_ltc.py fits. A disk's highlight is that of a 16-gon of its area.
+// (Heitz and Hill 2017), with the table that benchmarks/fit_ltc.py fits. A disk's highlight is that of a 16-gon
+// of its area.
 //
 // Lengths in metres, emission in the units of scene/lights.py, "lobe space" is a cosine lobe's own frame with z up.
 
@@ -23,7 +24,7 @@ const DIELECTRIC_REFLECTANCE = 0.04;  // at normal incidence, index of refractio
 const MIN_ROUGHNESS = 0.045;          // as in benchmarks/fit_ltc.py: below it α⁴ leaves float32's comfortable range
 const MIN_VIEW_COSINE = 1e-3;         // the table's grazing row; shading normals can even face away from the viewer
 const DISK_CORNERS = 16u;
-const DISK_CORNER_RADIUS = 1.0130114;  // sqrt(2π / (16 sin(2π / 16))): the 16-gon has the disk's area
+const DISK_CORNER_RADIUS = 1.01300156;  // sqrt(2π / (16 sin(2π / 16))): the 16-gon has the disk's area
 const MIN_SPOT_FALLOFF = 0.001;        // KHR_lights_punctual: least difference of the two cosines
 const TINY = 1e-30;                    // keeps 0 / 0 at 0
 
@@ -80,7 +81,7 @@ fn basis_ws(normal: vec3f, toward: vec3f) -> mat3x3f {
     return mat3x3f(tangent, cross(normal, tangent), normal);
 }
 
-// -- Polygons: irradiance of the plane z = 0 by an outline seen from the origin, for radiance 1 ------------------------
+// -- Polygons: irradiance of the plane z = 0 by an outline seen from the origin, for radiance 1 ----------------------
 
 // An outline that is being cut at the horizon, and the sum over the edges so far. The parts are convex, so they leave
 // and enter the upper half space at most once.
@@ -155,6 +156,13 @@ fn close_lobe_outline(outline: LobeOutline, to_lobe: mat3x3f) -> f32 {
     return close_outline(lobe);
 }
 
+fn outline_corner(kind: u32, center: vec3f, right: vec3f, up: vec3f, index: u32) -> vec3f {
+    if kind == DISK {
+        return disk_corner(center, right, up, index);
+    }
+    return rect_corner(center, right, up, index % 4u);
+}
+
 // Corner `index` of the rectangle ±right ±up around the centre.
 fn rect_corner(center: vec3f, right: vec3f, up: vec3f, index: u32) -> vec3f {
     let x = select(-1.0, 1.0, index == 1u || index == 2u);
@@ -176,19 +184,22 @@ fn rect_irradiance(center: vec3f, right: vec3f, up: vec3f) -> f32 {
 
 // -- Disks ------------------------------------------------------------------------------------------------------------
 
-// Lambert's boundary integral ½ ∮ (r × dr)_z / r² along r = center + right cos ψ + up sin ψ; right and up are as long as
-// the radius. With up turned square to the centre, r² = P + Q cos ψ and (r × dr)_z = (A + B cos ψ + C sin ψ) dψ.
+// Lambert's boundary integral ½ ∮ (r × dr)_z / r² along r = center + right cos ψ + up sin ψ; right and up are as long
+// as the radius. With up turned square to the centre, r² = P + Q cos ψ and (r × dr)_z = (A + B cos ψ + C sin ψ) dψ.
 fn disk_irradiance(center: vec3f, right: vec3f, up: vec3f) -> f32 {
-    // Turn the disk's axes so that `near` to `far` runs along `outward`.
     let radius = length(right);
+    if radius * radius < TINY {
+        return 0.0;
+    }
     let aside = vec2f(dot(center, right), dot(center, up));
     let aside_length = length(aside);
+    // Turn the axes so that `outward` points away from the foot of the perpendicular from the origin.
     let turn = select(vec2f(1.0, 0.0), aside / aside_length, aside_length > TINY);
     let outward = turn.x * right + turn.y * up;
     let across = turn.x * up - turn.y * right;
 
-    let offset = aside_length / max(radius, TINY);
-    let height = dot(center, cross(right, up)) / max(radius * radius, TINY);
+    let offset = aside_length / radius;
+    let height = dot(center, cross(right, up)) / (radius * radius);
     let far_squared = height * height + (offset + radius) * (offset + radius);   // P + Q
     let near_squared = height * height + (offset - radius) * (offset - radius);  // P - Q
     let p = 0.5 * (far_squared + near_squared);
@@ -226,7 +237,7 @@ fn disk_irradiance(center: vec3f, right: vec3f, up: vec3f) -> f32 {
     return abs(0.5 * arc + edge_irradiance(vec3f(end_point.xy, 0.0), vec3f(start_point.xy, 0.0)));
 }
 
-// atan(e sin ψ / (1 + e cos ψ)) / e, where `direction` = (cos ψ, sin ψ): half of what ∫ dψ / (P + Q cos ψ) lacks to ψ / S.
+// atan(e sin ψ / (1 + e cos ψ)) / e for the direction (cos ψ, sin ψ): ∫ dψ / (P + Q cos ψ) = ψ / S - 2 e / S times this.
 fn disk_arc_term(direction: vec2f, eccentricity: f32) -> f32 {
     let slope = direction.y / (1.0 + eccentricity * direction.x);
     return slope * arctangent_ratio(eccentricity * slope);
@@ -235,7 +246,8 @@ fn disk_arc_term(direction: vec2f, eccentricity: f32) -> f32 {
 // -- Lines ------------------------------------------------------------------------------------------------------------
 
 // Irradiance of the plane z = 0 by the segment a to b, which emits sin(angle to its axis) per metre. With the angle φ
-// around the origin in the segment's plane and the distance d to its line: 1 / d² ∫ cos φ (foot_z cos φ + d axis_z sin φ) dφ.
+// around the origin, from the foot of the perpendicular on the segment's line, and the distance d of that foot:
+// 1 / d² ∫ cos φ (foot_z cos φ + d axis_z sin φ) dφ.
 fn line_irradiance(a: vec3f, b: vec3f) -> f32 {
     if a.z <= 0.0 && b.z <= 0.0 {
         return 0.0;
@@ -415,7 +427,7 @@ fn area_specular(light: Light, surface: Surface, lobes: Lobes) -> vec3f {
         let corners = select(4u, DISK_CORNERS, light.kind == DISK);
         var corner = center;
         for (var i = 0u; i <= corners; i++) {
-            let next = select(rect_corner(center, right, up, i % 4u), disk_corner(center, right, up, i), light.kind == DISK);
+            let next = outline_corner(light.kind, center, right, up, i);
             if i > 0u {
                 add_lobe_edge(&outline, lobes.to_lobe, corner, next);
             }

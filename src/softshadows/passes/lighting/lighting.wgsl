@@ -11,7 +11,7 @@
 @group(0) @binding(5) var<storage, read> visibility: array<f32>;  // [light][y][x]
 @group(0) @binding(6) var ltc_matrix: texture_2d<f32>;
 @group(0) @binding(7) var ltc_albedo: texture_2d<f32>;
-@group(0) @binding(8) var color: texture_storage_2d<rgba32float, write>;  // linear radiance, alpha 1 on surfaces, else 0
+@group(0) @binding(8) var color: texture_storage_2d<rgba32float, write>;  // linear radiance; alpha 1 on surfaces
 
 const MIN_FRACTION = 1e-4;  // of a light above the horizon: less lights nothing
 
