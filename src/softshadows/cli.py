@@ -5,6 +5,7 @@ Bad input, whatever it is, ends in one sentence on stderr and exit code 2.
 
 from __future__ import annotations
 
+import re
 import sys
 from collections.abc import Iterable
 from enum import StrEnum
@@ -416,9 +417,9 @@ def _save(frame: Any, output: Path) -> None:
 
 
 def _summary(cls: type) -> str:
-    """The first line of a class's docstring, or of its module's."""
-    text = cls.__doc__ or sys.modules[cls.__module__].__doc__ or ""
-    return text.strip().splitlines()[0]
+    """The first sentence of a class's docstring, or of its module's."""
+    text = " ".join((cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").split())
+    return re.split(r"(?<=[.!?])\s", text)[0]
 
 
 def _say(console: Console, sentences: Iterable[str]) -> None:

@@ -30,11 +30,12 @@ def progress(console: Console) -> Iterator[Notice]:
 
 def results_table(measurements: Sequence[Measurement]) -> Table:
     """A row per scene and technique, errors as the mean over its lights."""
+    from rich import box
     from rich.table import Table
 
-    table = Table()
-    table.add_column("scene")
-    table.add_column("technique")
+    table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    table.add_column("scene", no_wrap=True)
+    table.add_column("technique", no_wrap=True)
     for heading in ("shadow maps", "ms", "rmse", "bias", "leak rate", "false shadow"):
         table.add_column(heading, justify="right")
     for measurement in measurements:

@@ -25,12 +25,12 @@ SCENES_VARIABLE = "SOFTSHADOWS_SCENES"
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """The standard techniques on the built-in scenes, and on the shots in $SOFTSHADOWS_SCENES where it is set."""
     techniques = [make_technique(name) for name in NAMES if name in TECHNIQUES]
-    sources = list(_sources())
+    pictures = list(sources())
     measurements = []
-    for index, source in enumerate(sources):
+    for index, source in enumerate(pictures):
 
         def within(doing: str, share: float, index: int = index, name: str = Path(source).stem) -> None:
-            notice(f"{name}: {doing}", (index + share) / len(sources))
+            notice(f"{name}: {doing}", (index + share) / len(pictures))
 
         within("opening", 0.0)
         shot = replace(open_shot(source), size=settings.size or SIZE)
@@ -40,7 +40,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     return measurements
 
 
-def _sources() -> Iterator[str]:
+def sources() -> Iterator[str]:
     """Names of built-in scenes, then paths of shots; SceneError where the variable is set to a folder without any."""
     yield from SCENES
     folder = os.environ.get(SCENES_VARIABLE)

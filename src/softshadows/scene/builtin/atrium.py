@@ -41,8 +41,8 @@ FABRICS = [
 def atrium() -> Scene:
     """A two-storey arcaded courtyard with vaults, drapes and a fountain, over 100,000 triangles."""
     nodes = [*_ground(), *_walls(), *_columns(), *_arcades(), *_vaults(), *_mouldings(), *_drapes(), *_fountain()]
-    light = rect_light((-2.2, 11.0, -1.2), (0.4, 0.0, 0.5), 3.0, 3.0, irradiance=5.5)
-    camera = Camera((-8.3, 1.75, 1.75), (3.0, 2.75, -1.15), 62.0)
+    light = rect_light((-5.5, 9.9, 1.8), (1.5, 1.0, -4.0), 3.0, 3.0, irradiance=5.5)
+    camera = Camera((-8.3, 1.75, 2.2), (3.0, 2.6, -1.6), 62.0)
     return Scene(nodes, [light], camera, name="atrium")
 
 
