@@ -295,7 +295,7 @@ def test_rays_pass_many_empty_layers_and_stop_at_the_first_that_exists() -> None
 
 def test_masked_and_opaque_surfaces_of_one_scene_both_block() -> None:
     opaque = scene_of([RECT], quad(-FAR, -0.2))
-    leaf = scene_of([], quad(0.2, FAR), material=masked(np.array([[255]])))
+    leaf = scene_of([], quad(0.2 - FAR, 0.2 + FAR), material=masked(np.array([[0, 255]]), wrap_u="clamp"))
     opaque.nodes += leaf.nodes
     frame = floor_frame(np.linspace(-1.0, 1.0, 65), np.array([0.0]))
     found, error = visibility(opaque, frame, 1024, return_error=True)
@@ -358,6 +358,14 @@ def test_equal_seeds_give_equal_bits_on_any_number_of_threads() -> None:
     one = visibility(scene, frame, 1024, threads=1)
     np.testing.assert_array_equal(one, visibility(scene, frame, 1024, threads=5))
     assert np.any(one != visibility(scene, frame, 1024, seed=1))
+
+
+def test_every_pixel_draws_its_own_points() -> None:
+    """Pixels at one place differ, also those that other threads work on: noise instead of bands."""
+    frame = floor_frame(np.full(512, 0.5), np.zeros(1))
+    found = visibility(scene_of([RECT], quad(-FAR, EDGE)), frame, 1024)[0, 0].reshape(8, 64)
+    assert len(np.unique(found)) > 8
+    assert len(np.unique(found, axis=0)) == 8
 
 
 def test_points_split_light_sampling_from_shadow_maps() -> None:
