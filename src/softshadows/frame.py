@@ -28,7 +28,7 @@ from softshadows.gpu.readback import Readback
 from softshadows.gpu.timing import CAPACITY, PassTimer
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
-from softshadows.passes.lighting.lighting import Lighting
+from softshadows.passes.lighting.shade import Lighting
 from softshadows.save import save_frame
 from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
@@ -170,7 +170,7 @@ class Renderer:
         visibility = gpu.device.create_buffer(size=visibility_bytes, usage=usage)
         self._gbuffer = GBuffer(gpu, self._buffers, self.size)
         self._pass = self.technique.build(RenderContext(gpu, self._buffers, self._gbuffer, visibility))
-        self._lighting = Lighting(gpu, self._gbuffer, visibility)
+        self._lighting = Lighting(gpu, self._gbuffer, visibility, light_count)
         self._readback = Readback(gpu)
         self._readback.add_texture("color", self._lighting.color, "<f4", 4)
         self._readback.add_texture("position", self._gbuffer.position, "<f4", 4)

@@ -8,6 +8,7 @@ import wgpu
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, I32, U32, Struct, Vec3f, Vec4f, dtype, pack
 from softshadows.gpu.texture_pages import TextureRecord, build_pages
+from softshadows.scene.clusters import cluster_boxes
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.model import Material, Texture
 
@@ -44,6 +45,7 @@ class SceneBuffers:
 
     positions: array<f32>, three per vertex, world space, also a vertex buffer; indices: array<u32>, also an index buffer;
     attributes: array<VertexAttributes>; faces: array<vec4f> (unit normal by winding, material index as a float);
+    occluder_boxes: low and high corner of clusters of triangles;
     materials, textures: records; pages: rgba8unorm 2-d array texture.
     """
 
@@ -68,6 +70,9 @@ class SceneBuffers:
             np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8), _USAGE.STORAGE, ""
         )
         self.pages = self._pages(pages)
+        boxes = _box_records(geometry)
+        self.occluder_count = len(boxes)
+        self.occluder_boxes = self._buffer(boxes, _USAGE.STORAGE, "the occluders' boxes")
         self.layout, self.bindings = self._bind()
 
     def move(self, geometry: Geometry) -> None:
@@ -78,6 +83,7 @@ class SceneBuffers:
         queue.write_buffer(self.indices, 0, geometry.triangles)
         queue.write_buffer(self.attributes, 0, _attributes(geometry))
         queue.write_buffer(self.faces, 0, _faces(geometry))
+        queue.write_buffer(self.occluder_boxes, 0, _box_records(geometry))
 
     def _bind(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
         """Bind group 1 of every pass that includes scene.wgsl."""
@@ -110,6 +116,11 @@ class SceneBuffers:
             destination = {"texture": texture, "origin": (0, 0, layer)}
             self.gpu.device.queue.write_texture(destination, pages[layer], {"bytes_per_row": 4 * size}, (size, size, 1))
         return texture
+
+
+def _box_records(geometry: Geometry) -> np.ndarray:
+    boxes = cluster_boxes(geometry)
+    return np.pad(boxes, ((0, 0), (0, 0), (0, 1))).astype(np.float32)  # vec3f members are 16 bytes apart
 
 
 def _slots(material: Material) -> list[Texture | None]:

@@ -19,7 +19,8 @@ class Geometry:
 
     positions (v, 3) float32; triangles (t, 3) uint32; normals (v, 3) float32, zero where the mesh has none (flat);
     texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by winding,
-    zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before the masked ones.
+    zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before the masked ones;
+    node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
     """
 
     positions: Floats
@@ -31,6 +32,7 @@ class Geometry:
     material_index: npt.NDArray[np.uint32]
     materials: list[Material]
     opaque_count: int
+    node_starts: npt.NDArray[np.int64]
 
     @property
     def diagonal(self) -> float:
@@ -78,6 +80,7 @@ def flatten(scene: Scene) -> Geometry:
         material_index=join(material_index, 1, np.uint32).reshape(-1),
         materials=materials,
         opaque_count=opaque_count,
+        node_starts=np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)]),
     )
 
 

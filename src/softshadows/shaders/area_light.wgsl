@@ -237,7 +237,7 @@ fn disk_irradiance(center: vec3f, right: vec3f, up: vec3f) -> f32 {
     return abs(0.5 * arc + edge_irradiance(vec3f(end_point.xy, 0.0), vec3f(start_point.xy, 0.0)));
 }
 
-// atan(e sin ψ / (1 + e cos ψ)) / e for the direction (cos ψ, sin ψ): ∫ dψ / (P + Q cos ψ) = ψ / S - 2 e / S times this.
+// atan(e sin ψ / (1 + e cos ψ)) / e for direction (cos ψ, sin ψ): ∫ dψ / (P + Q cos ψ) = ψ / S - 2 e / S times this.
 fn disk_arc_term(direction: vec2f, eccentricity: f32) -> f32 {
     let slope = direction.y / (1.0 + eccentricity * direction.x);
     return slope * arctangent_ratio(eccentricity * slope);

@@ -30,14 +30,18 @@ struct Sight {
     plane_offset: f32,
 };
 
-fn sight_from_sample(sample_index: u32, receiver: LightReceiver) -> Sight {
-    let from_sample = receiver.point - vec3f(light_samples[sample_index].xy, 0.0);
+// The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the receiver's own
+// point, or one beside it that a filter wants to know about.
+fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> Sight {
+    let sample_ls = vec3f(light_samples[sample_index].xy, 0.0);
+    let along = through - sample_ls;
+    let from_sample = receiver.point - sample_ls;
     var sight: Sight;
     let toward = select(dot(receiver.normal, from_sample), -receiver.normal.z, light.is_directional == 1u);
     sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
-    let face = face_of(light, from_sample);
+    let face = face_of(light, along);
     sight.view = sample_index * FACES + face;
-    let point = face_coordinates(face, from_sample);
+    let point = face_coordinates(face, along);
     let view = shadow_views[sight.view];
     sight.position = window_position(light, point);
     let texel = (sight.position - view.window_low) * view.texels_per_unit;
@@ -48,11 +52,16 @@ fn sight_from_sample(sample_index: u32, receiver: LightReceiver) -> Sight {
     return sight;
 }
 
+// Closeness of the first occluder in a texel of the sight's view, 0 where there is none.
+fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
+    return textureLoad(shadow_atlas, shadow_views[sight.view].origin + texel, 0) / light.depth_scale;
+}
+
 // How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver.
 // The first covers vertices that the rasteriser snaps to a fraction of a texel and grows with the receiver's slope, the
 // second surfaces that curve within a texel. Measured: docs/decisions/0002-bias.md.
-const SNAP_BIAS_TEXELS = 0.02;
-const CURVATURE_BIAS_TEXELS = 0.05;
+const SNAP_BIAS_TEXELS = 0.1;
+const CURVATURE_BIAS_TEXELS = 0.4;
 const FLOAT_BIAS = 2e-6;  // of the closeness
 
 // One shadow-map test: is the texel free of occluders before the receiver's plane?
@@ -61,7 +70,7 @@ const FLOAT_BIAS = 2e-6;  // of the closeness
 // same ray: a plane never shadows itself, however steep, and the only bias left is for rounding and curvature.
 fn texel_is_lit(sight: Sight, texel: vec2u) -> bool {
     let view = shadow_views[sight.view];
-    let stored = textureLoad(shadow_atlas, view.origin + texel, 0) / light.depth_scale;
+    let stored = stored_closeness(sight, texel);
     let texel_extent = 1.0 / view.texels_per_unit;
     let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
     let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
@@ -78,7 +87,7 @@ fn covering_texel(sight: Sight) -> vec2u {
 
 // Is light sample `sample_index` visible from the receiver?
 fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
-    let sight = sight_from_sample(sample_index, receiver);
+    let sight = sight_through(sample_index, receiver, receiver.point);
     if !sight.possible || !sight.covered {
         return sight.possible;
     }

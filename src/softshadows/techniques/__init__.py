@@ -9,11 +9,14 @@ from softshadows.errors import OptionError
 from softshadows.techniques.base import Technique
 from softshadows.techniques.hard.hard import Hard
 from softshadows.techniques.none.none import Unshadowed
+from softshadows.techniques.pcf.pcf import Pcf
+from softshadows.techniques.pcss.pcss import Pcss
 from softshadows.techniques.uniform.uniform import Uniform
+from softshadows.techniques.vsm.vsm import Vsm
 
-TECHNIQUES: dict[str, type[Technique]] = {cls.name: cls for cls in (Unshadowed, Hard, Uniform)}
+TECHNIQUES: dict[str, type[Technique]] = {cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform)}
 
-__all__ = ["TECHNIQUES", "Hard", "Technique", "Uniform", "Unshadowed", "make_technique"]
+__all__ = ["TECHNIQUES", "Hard", "Pcf", "Pcss", "Technique", "Uniform", "Unshadowed", "Vsm", "make_technique"]
 
 
 def make_technique(name: str, options: Mapping[str, Any] | None = None) -> Technique:

@@ -43,6 +43,7 @@ class SampledPass(TechniquePass):
         resolution: int | str,
         lookups: Callable[[int], float],
         constants: Mapping[str, float] | None = None,
+        extra_buffers: Sequence[wgpu.GPUBuffer] = (),
         bias_scale: float = 1.0,
         margin_texels: int = 1,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
@@ -56,12 +57,12 @@ class SampledPass(TechniquePass):
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
         self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS))
         self._constants = dict(constants or {})
-        entry = {"binding": 0, "visibility": compute, "buffer": {"type": "storage"}}
-        self._target_layout = device.create_bind_group_layout(entries=[entry])
-        self._target = device.create_bind_group(
-            layout=self._target_layout, entries=[{"binding": 0, "resource": {"buffer": context.visibility}}]
-        )
-        self._pipeline: wgpu.GPUComputePipeline | None = None
+        buffers = [context.visibility, *extra_buffers]
+        layouts = [{"binding": i, "visibility": compute, "buffer": {"type": "storage"}} for i in range(len(buffers))]
+        self._target_layout = device.create_bind_group_layout(entries=layouts)
+        entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
+        self._target = device.create_bind_group(layout=self._target_layout, entries=entries)
+        self._pipelines: dict[str, wgpu.GPUComputePipeline] = {}  # by entry
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         by_count: dict[int, list[SampledLight]] = {}
@@ -93,33 +94,41 @@ class SampledPass(TechniquePass):
             margin_texels=self._margin_texels,
         )
 
-    def _lookup_pipeline(self, atlas: ShadowAtlas) -> wgpu.GPUComputePipeline:
-        if self._pipeline is None:
-            context = self._context
-            layouts = [context.gbuffer.receiver_layout, context.scene.layout, atlas.lookup_layout, self._target_layout]
-            compute = {"module": self._module, "entry_point": "cs_visibility", "constants": self._constants}
-            layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
-            self._pipeline = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)
-        return self._pipeline
-
     def encode(self, commands: Commands) -> None:
         for atlas, index in self._turns:
             atlas.encode_fit(commands.encoder, commands.timer, index)
             for chunk in range(atlas.plan.chunks):
                 atlas.encode_draw(commands.encoder, commands.timer, chunk)
-                self._encode_lookup(commands, atlas, chunk)
+                self._encode_lookups(commands, atlas, chunk)
                 commands.account(self._chunk_ms(atlas))
 
-    def _encode_lookup(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
-        context, (width, height) = self._context, self._context.gbuffer.size
-        lookup = commands.encoder.begin_compute_pass(timestamp_writes=commands.timer.writes("lookup"))
-        lookup.set_pipeline(self._lookup_pipeline(atlas))
-        lookup.set_bind_group(0, context.gbuffer.receiver_bindings)
-        lookup.set_bind_group(1, context.scene.bindings)
-        lookup.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
-        lookup.set_bind_group(3, self._target)
-        lookup.dispatch_workgroups(-(-width // 8), -(-height // 8))
-        lookup.end()
+    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        """Turn the chunk's maps into visibility. Techniques that need steps before `cs_visibility` override this."""
+        width, height = self._context.gbuffer.size
+        self._dispatch(commands, atlas, chunk, "cs_visibility", "lookup", (-(-width // 8), -(-height // 8)))
+
+    def _dispatch(
+        self, commands: Commands, atlas: ShadowAtlas, chunk: int, entry: str, label: str, groups: tuple[int, int]
+    ) -> None:
+        """Run an entry of the technique's shader, with the bind groups that all of them share."""
+        context = self._context
+        compute = commands.encoder.begin_compute_pass(timestamp_writes=commands.timer.writes(label))
+        compute.set_pipeline(self._lookup_pipeline(atlas, entry))
+        compute.set_bind_group(0, context.gbuffer.receiver_bindings)
+        compute.set_bind_group(1, context.scene.bindings)
+        compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
+        compute.set_bind_group(3, self._target)
+        compute.dispatch_workgroups(*groups)
+        compute.end()
+
+    def _lookup_pipeline(self, atlas: ShadowAtlas, entry: str) -> wgpu.GPUComputePipeline:
+        if entry not in self._pipelines:
+            context = self._context
+            layouts = [context.gbuffer.receiver_layout, context.scene.layout, atlas.lookup_layout, self._target_layout]
+            compute = {"module": self._module, "entry_point": entry, "constants": self._constants}
+            layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
+            self._pipelines[entry] = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)
+        return self._pipelines[entry]
 
     def _chunk_ms(self, atlas: ShadowAtlas) -> float:
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size

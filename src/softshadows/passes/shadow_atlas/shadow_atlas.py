@@ -1,6 +1,6 @@
 """All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
 
-    receivers.wgsl   boxes around what the camera sees, 8×8 pixels each, in light space
+    receivers.wgsl   boxes around what the camera sees and something can shadow, 8×8 pixels each, in light space
     fit.wgsl         per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile; draw list
     draw.wgsl        the occluders, one instance per window
 
@@ -59,10 +59,12 @@ class ShadowLight(Struct):
     texels_per_pixel: F32
     margin_texels: F32
     is_auto: U32
+    is_round: U32
     tile_size: U32
     tiles_per_row: U32
     atlas_size: U32
     box_count: U32
+    occluder_count: U32
     sample_count: U32
     samples_per_batch: U32
     samples_per_chunk: U32
@@ -86,6 +88,13 @@ class ReceiverBox(Struct):
     count: F32
     high: Vec3f
     footprint: F32
+
+
+class OccluderBox(Struct):
+    """World extent of a cluster of triangles."""
+
+    low_ws: Vec3f
+    high_ws: Vec3f
 
 
 class Chunk(Struct):
@@ -197,7 +206,7 @@ class ShadowAtlas:
         self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write)
         self._samples = buffer(16 * plan.samples, storage | write)
         self._arguments = buffer(40 * plan.chunks, storage | _USAGE.INDIRECT | write)
-        self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage)
+        self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
         draw_list = buffer(4 * FACES * plan.samples_per_chunk * plan.chunks, storage)
         self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
@@ -226,7 +235,8 @@ class ShadowAtlas:
 
         compute = _STAGES.COMPUTE
         light, samples, views = (self._light, uniform), (self._samples, read), (self._views, read)
-        receivers_layout, self._receivers_bindings = bind([light, (boxes, readwrite)], compute)
+        receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read)]
+        receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
         fit_resources = [light, samples, (boxes, read), (self._views, readwrite), (draw_list, readwrite), (self._arguments, readwrite)]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
@@ -242,7 +252,7 @@ class ShadowAtlas:
         self._bound_receivers = compute_pipeline(
             "receivers.wgsl",
             "cs_bound_receivers",
-            (FrameUniforms, ReceiverBox, *SHADOW_STRUCTS),
+            (FrameUniforms, ReceiverBox, OccluderBox, *SHADOW_STRUCTS),
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, *SHADOW_STRUCTS), [fit_layout])
@@ -296,7 +306,7 @@ class ShadowAtlas:
         plan, scene, light = self.plan, self._scene, sampled.light
         right, up, back = light.axes
         directional = light.kind == "directional"
-        near, far = max(1e-5 * scene.diagonal, 1e-7), 1.0
+        near, far = max(1e-5 * scene.diagonal, 1e-7), _farthest(scene.geometry.positions, light.center)
         if directional:
             near, far = _depth_range(scene.geometry.positions, -back)
         uniforms = ShadowLight(
@@ -316,10 +326,12 @@ class ShadowAtlas:
             texels_per_pixel=1.0,
             margin_texels=float(self._margin_texels),
             is_auto=int(plan.is_auto),
+            is_round=int(light.kind == "disk"),
             tile_size=plan.tile,
             tiles_per_row=plan.tiles_per_row,
             atlas_size=plan.atlas_size,
             box_count=self._groups[0] * self._groups[1],
+            occluder_count=scene.occluder_count,
             sample_count=plan.samples,
             samples_per_batch=plan.samples_per_batch,
             samples_per_chunk=plan.samples_per_chunk,
@@ -387,3 +399,11 @@ def _depth_range(positions: np.ndarray, direction: np.ndarray) -> tuple[float, f
     low, high = float(depths.min()), float(depths.max())
     margin = max(1e-3 * (high - low), 1e-6)
     return low - margin, high + margin
+
+
+def _farthest(positions: np.ndarray, center: np.ndarray) -> float:
+    """A distance from `center` that no vertex exceeds."""
+    if not len(positions):
+        return 1.0
+    corner = np.maximum(np.abs(positions.min(axis=0) - center), np.abs(positions.max(axis=0) - center))
+    return max(float(np.linalg.norm(corner)), 1e-6)

@@ -1,0 +1,57 @@
+"""Percentage-closer filtering: a hard shadow map, compared at several texels and averaged.
+
+Paper
+    [Reeves1987]  Reeves, Salesin, Cook, "Rendering Antialiased Shadows with Depth Maps", SIGGRAPH 1987.
+
+Section map
+    [Reeves1987 §3]   comparisons averaged, not depths   -> pcf.wgsl filter_shadow()
+
+Departures from the paper
+    - A fixed number of taps in texels of the map instead of a jittered region of the pixel's footprint.
+    - Every tap compares with the receiver's plane at that texel, so a wider kernel needs no larger bias.
+
+Use when
+    jagged edges of a hard shadow are to be softened by a few texels.
+Fails when
+    the penumbra should grow with the occluder's distance: its width is the kernel's, everywhere (scene `blocker`).
+Inputs
+    any light, taken as its centre.
+Cost
+    one shadow map, kernel² look-ups per pixel.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.techniques.taps import PATTERNS, taps, upload_taps
+
+
+class Pcf(Technique):
+    """A hard shadow map with kernel×kernel comparisons `spread` texels apart."""
+
+    name: ClassVar[str] = "pcf"
+    light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
+
+    kernel: int = option(4, "taps along each side of the kernel", low=1, high=32)
+    spread: float = option(1.0, "texels between taps", low=0.0, high=64.0)
+    pattern: str = option("grid", "a square grid, or as many taps in a Poisson disk", choices=PATTERNS)
+    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
+    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0
+        return SampledPass(
+            context,
+            Path(__file__).with_name("pcf.wgsl"),
+            samples_of=center_sample,
+            resolution=self.resolution,
+            lookups=lambda _: float(count),
+            constants={"tap_count": count, "half_kernel_texels": half_kernel},
+            extra_buffers=[upload_taps(context.gpu, taps(self.pattern, count))],
+            bias_scale=self.bias_scale,
+            margin_texels=int(half_kernel) + 2,
+        )

@@ -1,0 +1,39 @@
+// Percentage-closer filtering: the share of the texels around the receiver's that are lit. [Reeves1987 §3]
+
+//#include "receiver.wgsl"
+//#include "shadow_map.wgsl"
+
+@group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
+@group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;  // in half kernels
+
+override tap_count: u32;
+override half_kernel_texels: f32;
+
+// [Reeves1987 §3] Compare first, then average.
+fn filter_shadow(receiver: LightReceiver) -> f32 {
+    let sight = sight_through(0u, receiver, receiver.point);
+    if !sight.possible || !sight.covered {
+        return select(0.0, 1.0, sight.possible);
+    }
+    let view = shadow_views[sight.view];
+    let texel = (sight.position - view.window_low) * view.texels_per_unit;
+    var lit = 0.0;
+    for (var i = 0u; i < tap_count; i++) {
+        let tap = clamp(texel + taps[i] * half_kernel_texels, vec2f(0.0), vec2f(view.size) - 1.0);
+        lit += select(0.0, 1.0, texel_is_lit(sight, vec2u(tap)));
+    }
+    return lit / f32(tap_count);
+}
+
+@compute @workgroup_size(8, 8)
+fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= frame.size) {
+        return;
+    }
+    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
+    let surface = load_receiver(id.xy);
+    visibility[pixel] = 1.0;
+    if surface.is_surface {
+        visibility[pixel] = filter_shadow(light_receiver(surface.position_ws, surface.normal_ws));
+    }
+}

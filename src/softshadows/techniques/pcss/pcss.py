@@ -1,0 +1,89 @@
+"""Percentage-closer soft shadows: penumbra width from the mean distance of blockers, in one shadow map.
+
+Paper
+    [Fernando2005]  Fernando, "Percentage-Closer Soft Shadows", SIGGRAPH 2005 sketches.
+
+Section map
+    [Fernando2005 §blocker search]        mean distance of texels nearer than the receiver   -> pcss.wgsl mean_blocker_share()
+    [Fernando2005 §penumbra estimation]   w (d_receiver - d_blocker) / d_blocker             -> pcss.wgsl penumbra_half_extent()
+    [Fernando2005 §filtering]             PCF as wide as the penumbra                        -> pcss.wgsl filter_shadow()
+
+Departures from the paper
+    - Search and filter regions have the light's own shape and orientation, in metres, instead of a square in the map: rectangles
+      filter with rectangles, lines along the line.
+    - The near plane of the blocker search is the nearest occluder in the map, found on the GPU, instead of a chosen one.
+    - Taps compare with the receiver's plane; the paper leaves bias open.
+
+Use when
+    one shadow map must do, occluders are simple, and contact hardening matters more than correctness.
+Fails when
+    occluders at different heights overlap, for the mean mixes them (scene `figures`); when the light's centre does not see what its
+    border sees (papers.md O9, O10; scene `fence`). A near occluder anywhere in the map widens every search.
+Inputs
+    rectangle, disk and line lights.
+Cost
+    one shadow map, blocker_samples + filter_samples look-ups per pixel near shadows, blocker_samples elsewhere.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import ClassVar
+
+import wgpu
+
+from softshadows.errors import OptionError
+from softshadows.gpu.commands import Commands
+from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.techniques.taps import PATTERNS, taps, upload_taps
+
+_PRESETS = {"64/64": (64, 64), "32/64": (32, 64), "16/24": (16, 24)}
+
+
+class Pcss(Technique):
+    """PCSS. `Pcss.preset("16/24")` gives the usual blocker/filter tap counts: 64/64 (the default), 32/64, 16/24."""
+
+    name: ClassVar[str] = "pcss"
+    light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "disk", "line"})
+
+    blocker_samples: int = option(64, "taps of the blocker search", low=1, high=1024)
+    filter_samples: int = option(64, "taps of the filter", low=1, high=1024)
+    pattern: str = option("grid", "a grid with the light's shape, or a Poisson disk", choices=PATTERNS)
+    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
+    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+
+    @classmethod
+    def preset(cls, name: str) -> Pcss:
+        """One of the usual tap counts. Raises OptionError for an unknown name."""
+        if name not in _PRESETS:
+            raise OptionError(f"pcss has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
+        blocker_samples, filter_samples = _PRESETS[name]
+        return cls(blocker_samples=blocker_samples, filter_samples=filter_samples)
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return _PcssPass(context, self)
+
+
+class _PcssPass(SampledPass):
+    def __init__(self, context: RenderContext, technique: Pcss) -> None:
+        patterns = [taps(technique.pattern, count) for count in (technique.blocker_samples, technique.filter_samples)]
+        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
+        self._nearest = context.gpu.device.create_buffer(size=16, usage=usage)
+        super().__init__(
+            context,
+            Path(__file__).with_name("pcss.wgsl"),
+            samples_of=center_sample,
+            resolution=technique.resolution,
+            lookups=lambda _: float(technique.blocker_samples + technique.filter_samples),
+            constants={"blocker_taps": technique.blocker_samples, "filter_taps": technique.filter_samples},
+            extra_buffers=[upload_taps(context.gpu, *patterns), self._nearest],
+            bias_scale=technique.bias_scale,
+        )
+
+    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        commands.encoder.clear_buffer(self._nearest)
+        groups = -(-atlas.plan.atlas_size // 8)
+        self._dispatch(commands, atlas, chunk, "cs_nearest", "nearest_occluder", (groups, groups))
+        super()._encode_lookups(commands, atlas, chunk)
