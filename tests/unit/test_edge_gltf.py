@@ -1,4 +1,4 @@
-"""Valid glTF edge cases of the Khronos asset generator, and real scenes: all load, and agree with what is known of them."""
+"""Valid glTF edge cases of the Khronos asset generator, and real scenes: all load and agree with what is known."""
 
 from __future__ import annotations
 

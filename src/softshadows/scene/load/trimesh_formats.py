@@ -43,15 +43,31 @@ class _PlyElement:
 
 
 def load_ply(path: Path, on_missing: str) -> Scene:
-    """Read a .ply file, ASCII or binary: triangles and quads, vertex normals and colours. Raises SceneError."""
+    """Read a .ply file: polygons with vertex normals and colours. Raises SceneError.
+
+    In binary files all polygons must have the same number of corners, a limit of trimesh.
+    """
     data = read_scene_file(path)
     elements = _check_ply(data, path)
     loaded = _through_trimesh(data, "ply", path)
     mesh = _mesh(loaded, path)
-    if len(loaded.faces) < elements["face"].count:
-        message = f"the header declares {elements['face'].count} faces, {len(loaded.faces)} were read"
+    if len(loaded.faces) < elements["face"].count or not _corner_counts_agree(loaded):
+        message = f"the header declares {elements['face'].count} faces, not all could be read"
         raise SceneError(message, code="PLY_FACES_UNREADABLE", file=path)
+    if {"nx", "ny", "nz"} <= set(elements["vertex"].scalars):
+        columns = loaded.metadata["_ply_raw"]["vertex"]["data"]  # trimesh drops the normals it has read
+        normals = np.column_stack([columns[name] for name in ("nx", "ny", "nz")])
+        mesh.normals = np.nan_to_num(normals.astype(np.float32), posinf=0.0, neginf=0.0)
     return Scene(nodes=[Node(mesh, name=path.stem)], name=path.stem)
+
+
+def _corner_counts_agree(loaded: Any) -> bool:
+    """trimesh reads every binary polygon as if it had as many corners as the first; False where one says otherwise."""
+    faces = loaded.metadata["_ply_raw"]["face"]["data"]
+    if not isinstance(faces, np.ndarray) or faces.dtype.names is None:
+        return True  # an ASCII file, read line by line
+    lists = [faces[name]["f0"] for name in faces.dtype.names if name in CORNERS]
+    return all((counts == counts[0]).all() for counts in lists)
 
 
 def load_stl(path: Path, on_missing: str) -> Scene:
@@ -59,7 +75,6 @@ def load_stl(path: Path, on_missing: str) -> Scene:
     data = read_scene_file(path)
     _check_stl(data, path)
     mesh = _mesh(_through_trimesh(data, "stl", path), path)
-    mesh.normals = None
     return Scene(nodes=[Node(mesh, name=path.stem)], name=path.stem)
 
 
@@ -71,7 +86,9 @@ def _through_trimesh(data: bytes, file_type: str, path: Path) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("error")  # numpy warns where it stops reading at text that is not a number
             warnings.filterwarnings("ignore", message=".*fromstring.*binary mode.*")
-            return trimesh.load_mesh(io.BytesIO(data), file_type=file_type, process=False, skip_materials=True)
+            return trimesh.load_mesh(
+                io.BytesIO(data), file_type=file_type, process=False, skip_materials=True, fix_texture=False
+            )
     except Exception as error:  # trimesh's readers raise whatever class the accident of the data calls for
         raise SceneError(f"not a readable file: {str(error)[:200]}", code="FORMAT_INVALID", file=path) from None
 
@@ -80,14 +97,11 @@ def _mesh(loaded: Any, path: Path) -> Mesh:
     faces, vertices = getattr(loaded, "faces", None), getattr(loaded, "vertices", None)
     if faces is None or vertices is None or not len(faces):
         raise SceneError("the file has no faces", code="MESH_EMPTY", file=path)
-    cached = loaded._cache.cache if hasattr(loaded, "_cache") else {}
-    normals = cached.get("vertex_normals")
     colors = loaded.visual.vertex_colors if loaded.visual.kind == "vertex" else None
     with np.errstate(over="ignore"):
         return Mesh(
             positions=np.asarray(vertices, np.float32),
             triangles=np.asarray(faces),
-            normals=None if normals is None else np.nan_to_num(np.asarray(normals, np.float32)),
             colors=None if colors is None else _linear(np.asarray(colors)),
             material=Material(name=path.stem, double_sided=True),
             name=path.stem,
