@@ -154,12 +154,20 @@ SPARSE = {"indices": {"bufferView": 0, "componentType": 5125}, "values": {"buffe
 BOMBS: dict[str, tuple[str, bytes]] = {
     "accessor count": (".gltf", placed(zeros(2**40))),
     "accessor count beyond 64 bits": (".gltf", placed(zeros(10**30))),
-    "accessor count at the limit of the budget": (".gltf", placed(zeros(11_000_000))),
+    "accessor count at the limit of the budget": (".gltf", placed(zeros(8_000_000))),
     "many accessors of zeros": (
         ".gltf",
         gltf(
             accessors=[zeros(5_000_000) for _ in range(200)],
             meshes=[{"primitives": [{"attributes": {"POSITION": i}} for i in range(200)]}],
+            nodes=[{"mesh": 0}],
+        ),
+    ),
+    "many primitives of one accessor": (
+        ".gltf",
+        gltf(
+            accessors=[zeros(2_500_000)],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}}] * 20_000}],
             nodes=[{"mesh": 0}],
         ),
     ),
@@ -210,6 +218,11 @@ BOMBS: dict[str, tuple[str, bytes]] = {
         ),
     ),
     "binary ply": (".ply", ply(2_000_000_000)),
+    "ply element without properties": (
+        ".ply",
+        ply(1).replace(b"element face", b"element nothing 999999999999\nelement face"),
+    ),
+    "ply list length": (".ply", ply(1).replace(b"list uchar", b"list uint") + b"\xff" * 64),
     "ascii ply": (".ply", ply(2_000_000_000, "ascii")),
     "binary stl": (".stl", bytes(80) + struct.pack("<I", 2**32 - 1) + bytes(50)),
     "obj index": (".obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 999999999999999999999\n"),

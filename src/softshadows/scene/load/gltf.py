@@ -33,7 +33,7 @@ SUPPORTED_EXTENSIONS = frozenset(
     }
 )
 
-MAX_TRIANGLES = 2**27
+MAX_TRIANGLES = 2**25
 """Most triangles that all nodes together may place; flattened they take about 150 bytes each."""
 
 

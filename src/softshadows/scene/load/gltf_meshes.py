@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from softshadows.scene.load.accessors import Accessor, Accessors, finite_floats
+from softshadows.scene.load.budget import Budget
 from softshadows.scene.load.checked_json import Item
 from softshadows.scene.load.gltf_compression import DRACO, decode_draco, draco_available
 from softshadows.scene.load.gltf_container import Asset
@@ -25,6 +26,21 @@ ATTRIBUTES = {
 """The attributes that are read, with their legal numbers of components."""
 
 
+MESH_WORK_BYTES = 2**31
+"""Bytes of vertices and triangles that all meshes together may refer to, however often they share them."""
+
+
+@dataclass(frozen=True)
+class _Geometry:
+    """What Mesh takes from a primitive, but for its material; shared by primitives that name the same accessors."""
+
+    positions: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray | None
+    texcoords: np.ndarray | None
+    colors: np.ndarray | None
+
+
 @dataclass
 class Meshes:
     """The meshes of an asset; `at` decodes."""
@@ -34,6 +50,8 @@ class Meshes:
     materials: Materials
     items: list[Item]
     _decoded: dict[int, list[Mesh]] = field(default_factory=dict)
+    _geometries: dict[tuple, _Geometry] = field(default_factory=dict)
+    _work: Budget = field(default_factory=lambda: Budget(MESH_WORK_BYTES))
 
     @classmethod
     def of(cls, asset: Asset, accessors: Accessors, materials: Materials) -> Meshes:
@@ -68,31 +86,50 @@ class Meshes:
         return meshes
 
     def _mesh(self, primitive: Item, attributes: Item, mode: int, name: str) -> Mesh:
-        vertices, indices = self._vertices_and_indices(primitive, attributes)
-        if len(indices) > 3 and mode == TRIANGLES and len(indices) % 3:
-            self.asset.warn(f"mesh {name!r}: indices that do not fill a last triangle are dropped")
-        triangles = _triangles(indices, mode)
-        vertices, triangles = _used_only(vertices, triangles)
+        used = {semantic: self._attribute(attributes, semantic) for semantic in ATTRIBUTES if semantic in attributes}
+        indices, draco = self._index_accessor(primitive), primitive.extension(DRACO)
+        key = (mode, indices, tuple(used.items()), None if draco is None else draco.pointer)
+        if key not in self._geometries:
+            self._geometries[key] = self._geometry(primitive, attributes, used, indices, mode, name)
+        geometry = self._geometries[key]
+        if not self._work.spend(geometry.positions.nbytes + geometry.triangles.nbytes):
+            raise primitive.error("FILE_TOO_BIG", f"the meshes take more than {MESH_WORK_BYTES} bytes")
         return Mesh(
-            positions=vertices["POSITION"],
-            triangles=triangles,
-            normals=vertices.get("NORMAL"),
-            texcoords=_texcoords(vertices),
-            colors=_colors(vertices),
+            positions=geometry.positions,
+            triangles=geometry.triangles,
+            normals=geometry.normals,
+            texcoords=geometry.texcoords,
+            colors=geometry.colors,
             material=self.materials.of_primitive(primitive),
             name=name,
         )
 
-    def _vertices_and_indices(self, primitive: Item, attributes: Item) -> tuple[dict[str, np.ndarray], np.ndarray]:
+    def _geometry(
+        self, primitive: Item, attributes: Item, used: dict[str, int], index_accessor: int | None, mode: int, name: str
+    ) -> _Geometry:
+        vertices, indices = self._vertices_and_indices(primitive, attributes, used, index_accessor)
+        if mode == TRIANGLES and len(indices) % 3:
+            self.asset.warn(f"mesh {name!r}: indices that do not fill a last triangle are dropped")
+        if not self.asset.geometry_budget.spend(12 * len(indices) // (3 if mode == TRIANGLES else 1)):
+            raise primitive.error("FILE_TOO_BIG", "the triangles take more memory than a file of this size may ask for")
+        vertices, triangles = _used_only(vertices, _triangles(indices, mode))
+        return _Geometry(
+            positions=vertices["POSITION"],
+            triangles=triangles.astype(np.uint32),
+            normals=vertices.get("NORMAL"),
+            texcoords=_texcoords(vertices),
+            colors=_colors(vertices),
+        )
+
+    def _vertices_and_indices(
+        self, primitive: Item, attributes: Item, used: dict[str, int], index_accessor: int | None
+    ) -> tuple[dict[str, np.ndarray], np.ndarray]:
         """The read attributes (vertices, components) float32 by semantic, and the indices (n,) into them."""
-        used = {semantic: self._attribute(attributes, semantic) for semantic in ATTRIBUTES if semantic in attributes}
         counts = {self.accessors.table[index].count for index in used.values()}
         if len(counts) != 1:
             message = f"all attributes need the same count, got {sorted(counts)}"
             raise attributes.error("MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT", message)
         vertex_count = counts.pop()
-        index_accessor = self._index_accessor(primitive)
-
         draco = primitive.extension(DRACO)
         if draco is not None and (draco_available() or self.accessors.table[used["POSITION"]].view is None):
             return self._decompress(draco, used, vertex_count, index_accessor)
