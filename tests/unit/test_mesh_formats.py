@@ -110,6 +110,7 @@ def test_obj_materials(tmp_path: Path) -> None:
         (CORNERS + "f 1 2 3/1/1/1\n", "OBJ_SYNTAX", "line 5"),
         (CORNERS + "f 1 2 0\n", "ACCESSOR_INDEX_OOB", "line 5"),
         (CORNERS + "f 1 2 -5\n", "ACCESSOR_INDEX_OOB", "line 5"),
+        (CORNERS + "f 1 \\\n 2 3\nf 1 2 0\n", "ACCESSOR_INDEX_OOB", "line 7"),
         (CORNERS + "f 1 2 5\n", "ACCESSOR_INDEX_OOB", None),
         (CORNERS + "f 1/1 2/1 3/1\n", "ACCESSOR_INDEX_OOB", None),
         ("v 0 0 1e300\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "ACCESSOR_INVALID_FLOAT", None),

@@ -1,7 +1,7 @@
 """Wavefront OBJ and its MTL materials to Scene: polygons, diffuse colour and texture, emission, opacity.
 
-A reader of our own, because the obvious library reads relative (negative) indices as counted from the end of the file,
-where the format counts them from the line that uses them.
+A reader of our own, because trimesh counts relative (negative) indices from the end of the file, where the format counts
+them from the line that uses them. Colours are taken as linear, as they stand.
 """
 
 from __future__ import annotations
@@ -59,9 +59,13 @@ def load_obj(path: Path, on_missing: str) -> Scene:
 
 def _lines(data: bytes) -> Iterator[tuple[str, list[str], str]]:
     """(pointer, words, the text behind the first word) of each statement; continued lines joined, comments dropped."""
-    text = data.decode("utf-8", errors="replace").replace("\\\r\n", " ").replace("\\\n", " ")
-    for number, line in enumerate(text.split("\n"), start=1):
-        statement = line.partition("#")[0].strip()
+    continued = ""
+    for number, line in enumerate(data.decode("utf-8", errors="replace").split("\n"), start=1):
+        text = line.rstrip("\r")
+        if text.endswith("\\"):
+            continued += text[:-1] + " "
+            continue
+        statement, continued = (continued + text).partition("#")[0].strip(), ""
         if statement:
             words = statement.split()
             yield f"line {number}", words, statement[len(words[0]) :].strip()
