@@ -118,7 +118,7 @@ class _Textures:
                 encoded[index] = self._encoded(self.images[index])
             except SceneError as error:
                 failed.append((index, error))
-        for index, result in zip(encoded, decode_images(list(encoded.values())), strict=True):
+        for index, result in zip(encoded, decode_images(list(encoded.values()), on_missing), strict=True):
             if isinstance(result, SceneError):
                 failed.append((index, result))
             else:

@@ -22,7 +22,7 @@ MAX_PIXELS = 2**27
 
 # Photographs compress to 1/10 .. 1/100 of their pixels, flat colours to 1/1000: small images may do that, big ones may
 # not.
-TOTAL_FLOOR_MEBIBYTES, SINGLE_FLOOR_MEBIBYTES, FACTOR = 256, 64, 128
+TOTAL_FLOOR_MEBIBYTES, SINGLE_FLOOR_MEBIBYTES, FACTOR = 192, 64, 128
 
 TOLERATED_CODES = ("IMAGE_MISSING", "IMAGE_INVALID", "IMAGE_TOO_BIG", "URI_SCHEME", "URI_OUTSIDE_FOLDER", "INVALID_URI")
 """Errors of an image that `on_missing="warn"` turns into warnings; none of them reads what it should not."""
@@ -43,11 +43,12 @@ class EncodedImage:
         return SceneError(message, code=code, file=self.file, pointer=self.pointer)
 
 
-def decode_images(images: list[EncodedImage]) -> list[Pixels | SceneError]:
+def decode_images(images: list[EncodedImage], on_missing: str) -> list[Pixels | SceneError]:
     """The pixels of each image, in order, or its SceneError; identical bytes give the identical array.
 
     Codes: IMAGE_TOO_BIG for more than 16384 pixels a side, 2²⁷ in all, or out of proportion to the encoded size;
-    IMAGE_INVALID for bytes that do not decode.
+    IMAGE_INVALID for bytes that do not decode. With `on_missing="error"` an image whose header is refused raises its
+    error before any is decoded.
     """
     budget = Budget.for_file(
         sum(len(image.data) for image in images), floor_mebibytes=TOTAL_FLOOR_MEBIBYTES, factor=FACTOR
@@ -57,6 +58,9 @@ def decode_images(images: list[EncodedImage]) -> list[Pixels | SceneError]:
     for digest, image in zip(digests, images, strict=True):
         if digest not in opened:
             opened[digest] = _open(image, budget)
+    refused = [image for image in opened.values() if isinstance(image, SceneError)]
+    if refused and on_missing == "error":
+        raise refused[0]
     sources = {digest: image for digest, image in zip(digests, images, strict=True)}
     with ThreadPoolExecutor(DECODING_THREADS) as pool:
         decoded = pool.map(lambda digest: _pixels(opened[digest], sources[digest]), opened)
@@ -91,14 +95,14 @@ def _pixels(image: Image.Image | SceneError, source: EncodedImage) -> Pixels | S
     if isinstance(image, SceneError):
         return image
     try:
-        with image:
-            if image.mode.startswith("I"):  # 16-bit grey, which Pillow's own conversion would clip
-                grey = (np.asarray(image).astype(np.uint32) >> 8).clip(0, 255).astype(np.uint8)
-                opaque = np.full_like(grey, 255)
-                return np.stack([grey, grey, grey, opaque], axis=-1)
-            return np.array(image.convert("RGBA"), np.uint8)
+        if image.mode.startswith("I"):  # 16-bit grey, which Pillow's own conversion would clip
+            grey = (np.asarray(image).astype(np.uint32) >> 8).clip(0, 255).astype(np.uint8)
+            return np.stack([grey, grey, grey, np.full_like(grey, 255)], axis=-1)
+        return np.array(image if image.mode == "RGBA" else image.convert("RGBA"), np.uint8)
     except Exception as error:  # as in _open
         return source.error("IMAGE_INVALID", f"the image is corrupt: {_reason(error)}")
+    finally:
+        image.close()  # frees Pillow's copy of the pixels
 
 
 def _reason(error: Exception) -> str:

@@ -1,7 +1,7 @@
 """Wavefront OBJ and its MTL materials to Scene: polygons, diffuse colour and texture, emission, opacity.
 
-A reader of our own, because trimesh counts relative (negative) indices from the end of the file, where the format counts
-them from the line that uses them. Colours are taken as linear, as they stand.
+A reader of our own, because trimesh counts relative (negative) indices from the end of the file, where the format
+counts them from the line that uses them. Colours are taken as linear, as they stand.
 """
 
 from __future__ import annotations
@@ -215,7 +215,7 @@ def _materials(
                     images.append((material, EncodedImage(encoded, str(folder.scene_file), line)))
             except SceneError as error:
                 _raise_or_warn(error, on_missing, warnings)
-    for (material, _), pixels in zip(images, decode_images([image for _, image in images]), strict=True):
+    for (material, _), pixels in zip(images, decode_images([image for _, image in images], on_missing), strict=True):
         if isinstance(pixels, SceneError):
             _raise_or_warn(pixels, on_missing, warnings)
         else:
