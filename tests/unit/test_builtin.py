@@ -128,6 +128,28 @@ def test_sphere_cube_has_the_papers_spheres() -> None:
     assert len({id(mesh) for mesh in spheres}) == 1, "the spheres share one mesh"
 
 
+@pytest.mark.parametrize("name", ["atrium", "room"])
+def test_the_light_hangs_clear_of_the_walls(name: str) -> None:
+    """Its four corners see the middle of the picture, so no light sample starts inside the masonry."""
+    scene = builtin.make(name)
+    light, camera = scene.lights[0], scene.camera
+    assert camera is not None
+    corners = light.points(np.array([0, 0, 1, 1]), np.array([0, 1, 0, 1]))
+    triangle = flatten(scene)
+    a, b, c = triangle.positions.astype(np.float64)[triangle.triangles].transpose(1, 0, 2)
+    target = np.array({"atrium": (0.5, -0.4, 0.0), "room": (-0.9, 0.9, 0.3)}[name])
+    for corner in corners:
+        ray = target - corner  # Möller and Trumbore 1997, all triangles at once
+        p = np.cross(ray, c - a)
+        determinant = np.einsum("ij,ij->i", b - a, p)
+        safe = np.where(np.abs(determinant) < 1e-12, np.inf, determinant)
+        u = np.einsum("ij,ij->i", corner - a, p) / safe
+        q = np.cross(corner - a, b - a)
+        v, t = q @ ray / safe, np.einsum("ij,ij->i", c - a, q) / safe
+        hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0) & (t < 1) & np.isfinite(safe)
+        assert not hit.any()
+
+
 def test_atrium_is_large() -> None:
     assert 100_000 < builtin.atrium().triangle_count < 400_000
 

@@ -41,7 +41,7 @@ FABRICS = [
 def atrium() -> Scene:
     """A two-storey arcaded courtyard with vaults, drapes and a fountain, over 100,000 triangles."""
     nodes = [*_ground(), *_walls(), *_columns(), *_arcades(), *_vaults(), *_mouldings(), *_drapes(), *_fountain()]
-    light = rect_light((-5.5, 9.9, 1.8), (1.5, 1.0, -4.0), 3.0, 3.0, irradiance=5.5)
+    light = rect_light((-5.2, 11.2, 1.0), (1.5, 1.0, -4.2), 3.0, 3.0, irradiance=5.5)
     camera = Camera((-8.3, 1.75, 2.2), (3.0, 2.6, -1.6), 62.0)
     return Scene(nodes, [light], camera, name="atrium")
 

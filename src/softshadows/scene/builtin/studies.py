@@ -135,7 +135,7 @@ def fence(bars: int = 24, bar_width: float = 0.02) -> Scene:
     post = shapes.rounded_box((0.06, 0.80, 0.06), 0.01, 2)
     nodes += [shapes.node(post, WHITE, (side * (reach + 0.06), 0.80, 0.0), name="post") for side in (-1, 1)]
     nodes.append(shapes.node(shapes.sphere(762, 0.22), YELLOW, (0.3, 0.22, 0.75), name="ball"))
-    light = rect_light((-1.4, 3.0, -2.6), (0.0, 0.2, 0.4), 0.4, 0.4, irradiance=7.0)
+    light = rect_light((-1.8, 3.8, -4.2), (0.0, 0.2, 0.4), 0.5, 0.5, irradiance=7.0)
     camera = Camera((1.7, 1.9, 3.6), (-0.05, 0.42, 0.3), 42.0)
     return Scene(nodes, [light], camera, name="fence")
 
