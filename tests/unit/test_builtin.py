@@ -98,6 +98,13 @@ def test_every_scene_is_the_same_each_time(name: str) -> None:
     assert np.array_equal(first.texcoords, second.texcoords)
 
 
+def test_scenes_share_no_materials(name: str) -> None:
+    """Repainting one scene must not repaint the next."""
+    first, second = builtin.make(name), builtin.make(name)
+    materials = [{id(node.mesh.material) for node in scene.nodes} for scene in (first, second)]
+    assert not materials[0] & materials[1]
+
+
 def test_every_solid_part_is_closed_and_wound_outward(name: str) -> None:
     for mesh in {id(node.mesh): node.mesh for node in builtin.make(name).nodes}.values():
         if mesh.name not in OPEN_MESHES:

@@ -6,6 +6,8 @@ and placed by nodes. A side's own frame has x along the arcade and z outward, fr
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from softshadows.scene.builtin import atrium_parts as parts
@@ -20,12 +22,6 @@ HALF_X, HALF_Z = BAYS_X * BAY / 2.0, BAYS_Z * BAY / 2.0  # of the court, between
 STEPS, STEP_HEIGHT, STEP_DEPTH = 3, 0.15, 0.36
 COURT = -STEPS * STEP_HEIGHT  # the court's floor lies three steps below the gallery's
 
-ASHLAR = Material(
-    "ashlar", base_color_texture=Texture(parts.ashlar_texture()), base_color=(1.0, 1.0, 1.0, 1.0), roughness=0.9
-)
-PAVING = Material(
-    "paving", base_color_texture=Texture(parts.paving_texture()), base_color=(1.0, 1.0, 1.0, 1.0), roughness=0.6
-)
 STONE = Material("stone", (0.62, 0.55, 0.44, 1.0), roughness=0.85)
 MARBLE = Material("marble", (0.74, 0.70, 0.63, 1.0), roughness=0.5)
 VAULT = Material("vault", (0.66, 0.58, 0.47, 1.0), roughness=0.95)
@@ -43,7 +39,20 @@ def atrium() -> Scene:
     nodes = [*_ground(), *_walls(), *_columns(), *_arcades(), *_vaults(), *_mouldings(), *_drapes(), *_fountain()]
     light = rect_light((-5.2, 11.2, 1.0), (1.5, 1.0, -4.2), 3.0, 3.0, irradiance=5.5)
     camera = Camera((-8.3, 1.75, 2.2), (3.0, 2.6, -1.6), 62.0)
-    return Scene(nodes, [light], camera, name="atrium")
+    return shapes.scene(nodes, light, camera, "atrium")
+
+
+@cache
+def _ashlar() -> Material:
+    """Dressed stone in courses; its picture is made on first use, not on import."""
+    texture = Texture(parts.ashlar_texture())
+    return Material("ashlar", base_color_texture=texture, base_color=(1.0, 1.0, 1.0, 1.0), roughness=0.9)
+
+
+@cache
+def _paving() -> Material:
+    texture = Texture(parts.paving_texture())
+    return Material("paving", base_color_texture=texture, base_color=(1.0, 1.0, 1.0, 1.0), roughness=0.6)
 
 
 def _sides() -> list[tuple[float, int, float]]:
@@ -79,8 +88,8 @@ def _ground() -> list[Node]:
     gallery = _ring(0.45, GALLERY, (COURT - 0.2, 0.0))
     treads = [_ring(0.45 + STEP_DEPTH * step, -0.3, (COURT - 0.1, -STEP_HEIGHT * step)) for step in range(1, STEPS)]
     return [
-        Node(shapes.mesh(court, PAVING, tile=2.0, name="court floor"), name="court floor"),
-        Node(shapes.mesh(gallery, PAVING, tile=2.0, name="gallery floor"), name="gallery floor"),
+        Node(shapes.mesh(court, _paving(), tile=2.0, name="court floor"), name="court floor"),
+        Node(shapes.mesh(gallery, _paving(), tile=2.0, name="gallery floor"), name="gallery floor"),
         *(shapes.node(tread, MARBLE, name="step") for tread in treads),
     ]
 
@@ -92,11 +101,11 @@ def _walls() -> list[Node]:
     upper_floor = _ring(0.30, behind + 0.1, (LOWER.top, UPPER.base))
     roof = _ring(0.30, behind + 0.4, (UPPER.top, UPPER.top + 0.25))
     door = shapes.mesh(parts.door(), DOOR, name="door")
-    facing = shapes.mesh(parts.wall_bay(), ASHLAR, tile=2.0, name="wall")
+    facing = shapes.mesh(parts.wall_bay(), _ashlar(), tile=2.0, name="wall")
     pilaster = shapes.mesh(parts.pilaster(LOWER), STONE, name="pilaster")
     return [
-        Node(shapes.mesh(shell, ASHLAR, tile=2.0, name="outer wall"), name="outer wall"),
-        Node(shapes.mesh(upper_floor, PAVING, tile=2.0, name="upper floor"), name="upper floor"),
+        Node(shapes.mesh(shell, _ashlar(), tile=2.0, name="outer wall"), name="outer wall"),
+        Node(shapes.mesh(upper_floor, _paving(), tile=2.0, name="upper floor"), name="upper floor"),
         shapes.node(roof, STONE, name="roof"),
         *_along(facing, outward=behind),
         *_along(door, outward=behind),
@@ -122,7 +131,7 @@ def _columns() -> list[Node]:
 def _arcades() -> list[Node]:
     nodes = []
     for storey in (LOWER, UPPER):
-        nodes += _along(shapes.mesh(parts.arch_bay(storey), ASHLAR, tile=2.0, name="arch"))
+        nodes += _along(shapes.mesh(parts.arch_bay(storey), _ashlar(), tile=2.0, name="arch"))
         nodes += _along(shapes.mesh(parts.archivolt(storey), STONE, name="archivolt"))
     nodes += _along(
         shapes.mesh(parts.roundel(), MARBLE, name="roundel"),

@@ -37,7 +37,7 @@ def leaves(count: int = 120) -> Scene:
         nodes.append(shapes.node(shapes.tube(foot, tip, 0.014, 8), BARK, name="branch"))
     light = rect_light((1.9, 3.6, 1.0), (-0.3, 0.6, -0.2), 0.5, 0.5, irradiance=6.0)
     camera = Camera((1.7, 2.3, 3.6), (-0.36, 0.84, -0.12), 40.0)
-    return Scene(nodes, [light], camera, name="leaves")
+    return shapes.scene(nodes, light, camera, "leaves")
 
 
 def twig_texture(size: int = 256) -> npt.NDArray[np.uint8]:

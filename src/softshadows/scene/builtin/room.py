@@ -59,7 +59,7 @@ def room() -> Scene:
     nodes.append(shapes.node(stool, DARK, (2.0, 0.015, 0.35), name="stool beyond the doorway"))
     light = RectLight((-0.7, HEIGHT - 0.08, 0.05), (-0.7, 0.0, 0.05), 0.9, 0.9, (26.0, 24.5, 22.0))
     camera = Camera((-2.35, 1.62, 1.75), (0.55, 0.78, -0.55), 66.0)
-    return Scene(nodes, [light], camera, name="room")
+    return shapes.scene(nodes, light, camera, "room")
 
 
 def _shell() -> Solid:

@@ -7,12 +7,15 @@ Metres, y up, counter-clockwise seen from outside.
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
-from softshadows.scene.model import Material, Mesh, Node
+from softshadows.scene.camera import Camera
+from softshadows.scene.lights import Light
+from softshadows.scene.model import Material, Mesh, Node, Scene
 from softshadows.scene.vectors import VectorLike
 
 Floats = npt.NDArray[np.float64]
@@ -132,6 +135,14 @@ def node(
     """A node that places `solid`, meshed with `material`, at `move` after a turn about y (degrees)."""
     made = mesh(solid, material, crease=crease, name=name)
     return Node(made, transform(move, turn=turn), name=made.name)
+
+
+def scene(nodes: list[Node], light: Light, camera: Camera, name: str) -> Scene:
+    """A scene with copies of its materials, so that changing one changes no other scene made from this module's."""
+    materials = {id(node.mesh.material): replace(node.mesh.material) for node in nodes}
+    for made in {id(node.mesh): node.mesh for node in nodes}.values():
+        made.material = materials[id(made.material)]
+    return Scene(nodes, [light], camera, name=name)
 
 
 def floor(half: float, material: Material, *, y: float = 0.0) -> Node:

@@ -52,7 +52,7 @@ def blocker(
         a, b = light_half
         light = rect_light((0.0, light_height, 0.0), (0.0, 0.0, 0.0), 2.0 * a, 2.0 * b)
     camera = Camera((5.0, 7.5, 10.5), (0.2, 0.6, 0.0), 42.0)
-    return Scene(nodes, [light], camera, name="blocker")
+    return shapes.scene(nodes, light, camera, "blocker")
 
 
 def sphere_cube(count: int = 3) -> Scene:
@@ -69,7 +69,7 @@ def sphere_cube(count: int = 3) -> Scene:
     ]
     light = rect_light((0.5 * side, 2.9 * side, 0.3 * side), (0.0, 0.3 * side, 0.0), 0.7 * side, 0.7 * side)
     camera = Camera((1.6 * side, 1.9 * side, 2.2 * side), (-0.12 * side, 0.32 * side, -0.06 * side), 40.0)
-    return Scene(nodes, [light], camera, name="sphere_cube")
+    return shapes.scene(nodes, light, camera, "sphere_cube")
 
 
 def figures() -> Scene:
@@ -109,7 +109,7 @@ def figures() -> Scene:
     nodes.append(shapes.node(needle, STEEL, name="slanted needle"))
     light = RectLight((1.6, 3.6, 1.4), (0.0, 0.3, 0.2), 0.9, 0.9, (78.0, 76.0, 72.0))
     camera = Camera((1.5, 3.3, 5.3), (0.12, 0.35, 0.2), 40.0)
-    return Scene(nodes, [light], camera, name="figures")
+    return shapes.scene(nodes, light, camera, "figures")
 
 
 def fence(bars: int = 24, bar_width: float = 0.02) -> Scene:
@@ -137,7 +137,7 @@ def fence(bars: int = 24, bar_width: float = 0.02) -> Scene:
     nodes.append(shapes.node(shapes.sphere(762, 0.22), YELLOW, (0.3, 0.22, 0.75), name="ball"))
     light = rect_light((-1.8, 3.8, -4.2), (0.0, 0.2, 0.4), 0.5, 0.5, irradiance=7.0)
     camera = Camera((1.7, 1.9, 3.6), (-0.05, 0.42, 0.3), 42.0)
-    return Scene(nodes, [light], camera, name="fence")
+    return shapes.scene(nodes, light, camera, "fence")
 
 
 def field(count: int = 1000) -> Scene:
@@ -161,4 +161,4 @@ def field(count: int = 1000) -> Scene:
         nodes.append(Node(palette[rng.integers(5)], shapes.transform((x, y, z), scale=radius), name="sphere"))
     light = rect_light((2.0, 6.5, 1.0), (0.0, 0.0, 0.0), 1.6, 1.6)
     camera = Camera((4.2, 4.3, 6.0), (0.0, 0.1, 0.2), 42.0)
-    return Scene(nodes, [light], camera, name="field")
+    return shapes.scene(nodes, light, camera, "field")
