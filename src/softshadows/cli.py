@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from rich.console import Console
 
     from softshadows.scene.shot import Shot
-    from softshadows.techniques import Technique
 
 BAD_INPUT = 2
 PICTURES = (".png", ".exr", ".npz")
@@ -137,8 +136,9 @@ def render(
         shot = _open(scene, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
         from softshadows.frame import Renderer
+        from softshadows.report.choice import technique_from
 
-        chosen = _technique_of(shot, technique, options or [])
+        chosen = technique_from(shot, technique, options or [])
         if chosen is None:
             renderer = Renderer(shot.scene, size=shot.size)
         else:
@@ -153,6 +153,7 @@ def render(
         f"{output}: {shot.size[0]}×{shot.size[1]}, technique {renderer.technique.name}, "
         f"{frame.stats.shadow_maps} shadow maps{timing}",
         highlight=False,
+        soft_wrap=True,
     )
 
 
@@ -191,21 +192,24 @@ def compare(
     -O applies to every technique that has the option.
     """
     console = _console()
-    _check_folder(output, make=True)
+    _check_folder(output, may_be_new=True)
     with console.status("reading the scene"):
         shot = _open(scene, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
+        from softshadows.report.choice import techniques_from
         from softshadows.report.compare import write_report
         from softshadows.report.console import progress, results_table
         from softshadows.report.measure import measure
 
-        techniques = _techniques_of(shot, technique, options or [])
+        techniques = techniques_from(shot, technique, options or [])
     with progress(console) as notice:
         measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice)
         index = write_report(measurement, output)
     _say(console, shot.notes)
     console.print(results_table([measurement]))
-    console.print(f"open {index} in a browser; the figures are in {output / 'results.json'}", highlight=False)
+    console.print(
+        f"open {index} in a browser; the figures are in {output / 'results.json'}", highlight=False, soft_wrap=True
+    )
 
 
 @app.command()
@@ -252,6 +256,7 @@ def bench(
         f"{adapter['adapter']} ({adapter['backend']}, {adapter['driver']}), {machine['cpu']}, "
         f"commit {machine['commit']}",
         highlight=False,
+        soft_wrap=True,
     )
 
 
@@ -346,65 +351,12 @@ def _open(
     )
 
 
-def _technique_of(shot: Shot, name: str | None, options: list[str]) -> Technique | None:
-    """The technique of -t and -O over the shot's; None where neither names one, for the renderer's default."""
-    from softshadows.techniques import make_technique
-
-    given = dict(_option(text) for text in options)
-    if shot.technique is not None and name in (None, shot.technique.name):
-        return make_technique(shot.technique.name, {**shot.technique.options, **given})
-    if name is not None:
-        return make_technique(name, given)
-    if given:
-        raise OptionError(f"-O {next(iter(given))}=... needs a technique to belong to: name it with -t")
-    return None
-
-
-def _techniques_of(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:
-    """The techniques to compare: those named, or all that can do the shot's lights."""
-    from softshadows.techniques import TECHNIQUES, make_technique
-
-    if names is None:
-        wanted = [cls.name for cls in TECHNIQUES.values() if _can_do(cls, shot)]
-    else:
-        wanted = [name.strip() for name in names.split(",") if name.strip()]
-    shared = dict(_option(text) for text in options)
-    unused = set(shared)
-    made = []
-    for entry in wanted:
-        name, *own = entry.split(":")
-        known = {option.name for option in TECHNIQUES[name].options()} if name in TECHNIQUES else set()
-        unused -= known
-        made.append(
-            make_technique(name, {**{k: v for k, v in shared.items() if k in known}, **dict(map(_option, own))})
-        )
-    if unused:
-        raise OptionError(f"-O {sorted(unused)[0]}: none of the techniques compared has this option")
-    return made
-
-
-def _can_do(cls: type[Technique], shot: Shot) -> bool:
-    try:
-        cls.check_lights(shot.scene.lights)
-    except OptionError:
-        return False
-    return True
-
-
-def _option(text: str) -> tuple[str, str]:
-    name, equals, value = text.partition("=")
-    if not equals or not name.strip():
-        raise OptionError(f"an option is written NAME=VALUE, got {text!r}")
-    return name.strip(), value.strip()
-
-
-def _check_folder(folder: Path, *, make: bool = False) -> None:
-    """OptionError where a result could not be written there: better before an hour's work than after it."""
-    try:
-        if make:
-            folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise OptionError(f"{folder} cannot be used for the output: {error.strerror or error}") from error
+def _check_folder(folder: Path, *, may_be_new: bool = False) -> None:
+    """OptionError where a result could not be written: better before an hour's work than after it."""
+    if may_be_new:
+        folder = next(place for place in (folder, *folder.absolute().parents) if place.exists())
+        if not folder.is_dir():
+            raise OptionError(f"the output needs a folder, but {str(folder)!r} is a file")
     if not folder.is_dir():
         raise OptionError(f"the folder {str(folder)!r} for the output does not exist; make it first")
 
@@ -424,7 +376,7 @@ def _summary(cls: type) -> str:
 
 def _say(console: Console, sentences: Iterable[str]) -> None:
     for sentence in dict.fromkeys(sentences):
-        console.print(f"note: {sentence}", style="dim", highlight=False, markup=False)
+        console.print(f"note: {sentence}", style="dim", highlight=False, markup=False, soft_wrap=True)
 
 
 def _console() -> Console:

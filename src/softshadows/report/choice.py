@@ -1,0 +1,55 @@
+"""Techniques chosen in words: `-t pcss,uniform:grid=9 -O resolution=512`, over what a shot says."""
+
+from __future__ import annotations
+
+from softshadows.errors import OptionError
+from softshadows.scene.shot import Shot
+from softshadows.techniques import TECHNIQUES, Technique, make_technique
+
+
+def technique_from(shot: Shot, name: str | None, options: list[str]) -> Technique | None:
+    """The technique of -t and -O over the shot's; None where neither names one, for the renderer's default."""
+    given = dict(_option(text) for text in options)
+    if shot.technique is not None and name in (None, shot.technique.name):
+        return make_technique(shot.technique.name, {**shot.technique.options, **given})
+    if name is not None:
+        return make_technique(name, given)
+    if given:
+        raise OptionError(f"-O {next(iter(given))}=... needs a technique to belong to: name it with -t")
+    return None
+
+
+def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:
+    """The techniques to compare: those named, or all that can do the shot's lights."""
+    if names is None:
+        wanted = [cls.name for cls in TECHNIQUES.values() if _can_do(cls, shot)]
+    else:
+        wanted = [name.strip() for name in names.split(",") if name.strip()]
+    shared = dict(_option(text) for text in options)
+    unused = set(shared)
+    made = []
+    for entry in wanted:
+        name, *own = entry.split(":")
+        known = {option.name for option in TECHNIQUES[name].options()} if name in TECHNIQUES else set()
+        unused -= known
+        made.append(
+            make_technique(name, {**{k: v for k, v in shared.items() if k in known}, **dict(map(_option, own))})
+        )
+    if unused:
+        raise OptionError(f"-O {sorted(unused)[0]}: none of the techniques compared has this option")
+    return made
+
+
+def _can_do(cls: type[Technique], shot: Shot) -> bool:
+    try:
+        cls.check_lights(shot.scene.lights)
+    except OptionError:
+        return False
+    return True
+
+
+def _option(text: str) -> tuple[str, str]:
+    name, equals, value = text.partition("=")
+    if not equals or not name.strip():
+        raise OptionError(f"an option is written NAME=VALUE, got {text!r}")
+    return name.strip(), value.strip()
