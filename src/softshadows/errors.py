@@ -1,10 +1,10 @@
 """The exceptions a user of softshadows can meet: each says what was expected, what came, and what to do.
 
-    SoftShadowsError
-      SceneError     a file, mesh, light, camera or shot that cannot be used
-      OptionError    an option with an unknown name or a value out of range
-      DeviceError    no adapter, a missing feature, too little memory, a lost device
-      ShaderError    a shader that does not compile (a bug of ours, or of a technique being written)
+SoftShadowsError
+  SceneError     a file, mesh, light, camera or shot that cannot be used
+  OptionError    an option with an unknown name or a value out of range
+  DeviceError    no adapter, a missing feature, too little memory, a lost device
+  ShaderError    a shader that does not compile (a bug of ours, or of a technique being written)
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """The story of a frame, and the first file to read.
 
-    scene, lights, camera                    plain data
-      -> SceneBuffers                        uploaded once, patched when nodes move
-      -> GBuffer                             what the camera sees
-      -> the technique                       visibility per light
-      -> Lighting                            unshadowed radiance × visibility, summed over lights
-      -> Frame                               read back once
+scene, lights, camera                    plain data
+  -> SceneBuffers                        uploaded once, patched when nodes move
+  -> GBuffer                             what the camera sees
+  -> the technique                       visibility per light
+  -> Lighting                            unshadowed radiance × visibility, summed over lights
+  -> Frame                               read back once
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from softshadows.errors import OptionError, SceneError
 from softshadows.gpu.commands import Commands
@@ -43,7 +42,7 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass
 class FrameStats:
-    """What a frame cost. `gpu_ms` by pass, `cpu_ms` to encode and submit it, `gpu_bytes` held; `warnings` in words."""
+    """What a frame cost. `gpu_ms` by pass, `cpu_ms` to prepare and encode it (not the driver's submit), `gpu_bytes` held; `warnings` in words."""
 
     shadow_maps: int = 0
     lookups_per_pixel: float = 0.0
@@ -116,7 +115,9 @@ class Renderer:
     def __enter__(self) -> Renderer:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         self.invalidate()
 
     def invalidate(self) -> None:
@@ -144,7 +145,7 @@ class Renderer:
             self._timer.resolve(commands.encoder)
             self._readback.encode(commands.encoder)
             commands.submit()
-            cpu_ms = 1e3 * (time.perf_counter() - started)
+            cpu_ms = 1e3 * (time.perf_counter() - started - commands.submit_seconds)
 
             images = self._readback.read()
         return self._frame(images, lights, cpu_ms, commands.submits)
@@ -165,9 +166,7 @@ class Renderer:
         """The passes and images for this many lights."""
         gpu, (width, height) = self._gpu, self.size
         visibility_bytes = 4 * max(light_count, 1) * width * height
-        gpu.check_buffer(visibility_bytes, f"the visibility of {light_count} lights")
-        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
-        visibility = gpu.device.create_buffer(size=visibility_bytes, usage=usage)
+        visibility = gpu.storage_buffer(visibility_bytes, f"the visibility of {light_count} lights")
         self._gbuffer = GBuffer(gpu, self._buffers, self.size)
         self._pass = self.technique.build(RenderContext(gpu, self._buffers, self._gbuffer, visibility))
         self._lighting = Lighting(gpu, self._gbuffer, visibility, light_count)
@@ -215,7 +214,9 @@ def render(
     """One frame of `scene` seen by `camera` (default: the scene's own). Errors as Renderer."""
     camera = camera or scene.camera
     if camera is None:
-        raise SceneError("the scene has no camera; pass one: ss.Camera(position=..., target=...)", code="CAMERA_MISSING")
+        raise SceneError(
+            "the scene has no camera; pass one: ss.Camera(position=..., target=...)", code="CAMERA_MISSING"
+        )
     with Renderer(scene, technique=technique, size=size, options=options) as renderer:
         return renderer.render(camera)
 

@@ -70,7 +70,9 @@ def compose(path: Path, structs: Sequence[type[Struct]] = ()) -> Source:
                 candidates = [folder / name for folder in (file.parent, SHADERS)]
                 found = next((candidate for candidate in candidates if candidate.is_file()), None)
                 if found is None:
-                    raise ShaderError(f"{file.name}:{number}: include {name!r} was found in none of {[str(c) for c in candidates]}")
+                    raise ShaderError(
+                        f"{file.name}:{number}: include {name!r} was found in none of {[str(c) for c in candidates]}"
+                    )
                 if found in open_files or key not in done:
                     resolve(found, (*open_files, file))
             done.add(key)

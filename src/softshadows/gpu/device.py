@@ -59,7 +59,9 @@ class Gpu:
         """DeviceError where a texture of this size cannot exist."""
         most = self.limit("max-texture-dimension-2d")
         if max(width, height) > most:
-            raise DeviceError(f"{what} would be {width}×{height} texels; this adapter allows {most}×{most}. Lower the size.")
+            raise DeviceError(
+                f"{what} would be {width}×{height} texels; this adapter allows {most}×{most}. Lower the size."
+            )
 
     def check_buffer(self, size: int, what: str) -> None:
         """DeviceError where a storage buffer of `size` bytes cannot be bound."""
@@ -69,6 +71,12 @@ class Gpu:
                 f"{what} would take {size / 2**20:.0f} MiB; this adapter binds at most {most / 2**20:.0f} MiB at once. "
                 "Lower the image size, the number of lights or the number of triangles."
             )
+
+    def storage_buffer(self, size: int, what: str) -> wgpu.GPUBuffer:
+        """A storage buffer that can be copied from and to. DeviceError where it cannot be bound."""
+        self.check_buffer(size, what)
+        usage = wgpu.BufferUsage
+        return self.device.create_buffer(size=size, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST)
 
 
 @cache
@@ -112,6 +120,8 @@ def device_errors(doing: str) -> Iterator[None]:
     try:
         yield
     except wgpu.GPUOutOfMemoryError as error:
-        raise DeviceError(f"{doing}: the adapter ran out of memory. Lower size, resolution or the memory budget. ({error})") from None
+        raise DeviceError(
+            f"{doing}: the adapter ran out of memory. Lower size, resolution or the memory budget. ({error})"
+        ) from None
     except wgpu.GPUError as error:
         raise DeviceError(f"{doing}: {error}") from None

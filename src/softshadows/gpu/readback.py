@@ -42,8 +42,13 @@ class Readback:
         self._word = gpu.device.create_buffer(size=16, usage=usage.STORAGE | usage.COPY_SRC)
         self._number = gpu.device.create_buffer(size=16, usage=usage.UNIFORM | usage.COPY_DST)
         module = shader_module(gpu.device, Path(__file__).with_name("completion.wgsl"))
-        self._pipeline = gpu.device.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "cs_complete"})
-        entries = [{"binding": 0, "resource": {"buffer": self._number}}, {"binding": 1, "resource": {"buffer": self._word}}]
+        self._pipeline = gpu.device.create_compute_pipeline(
+            layout="auto", compute={"module": module, "entry_point": "cs_complete"}
+        )
+        entries = [
+            {"binding": 0, "resource": {"buffer": self._number}},
+            {"binding": 1, "resource": {"buffer": self._word}},
+        ]
         self._bindings = gpu.device.create_bind_group(layout=self._pipeline.get_bind_group_layout(0), entries=entries)
 
     @property
@@ -76,7 +81,12 @@ class Readback:
                 encoder.copy_buffer_to_buffer(part.source, 0, self._staging, part.offset, size)
             else:
                 height, width, _ = part.shape
-                target = {"buffer": self._staging, "offset": part.offset, "bytes_per_row": part.row_bytes, "rows_per_image": height}
+                target = {
+                    "buffer": self._staging,
+                    "offset": part.offset,
+                    "bytes_per_row": part.row_bytes,
+                    "rows_per_image": height,
+                }
                 encoder.copy_texture_to_buffer({"texture": part.source}, target, (width, height, 1))
         self._frame = (self._frame + 1) & 0xFFFFFFFF
         self._gpu.device.queue.write_buffer(self._number, 0, np.array([self._frame, 0, 0, 0], np.uint32))

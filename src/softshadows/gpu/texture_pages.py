@@ -99,7 +99,9 @@ def build_pages(
         places[key] = (page, x, y)
         x, shelf = x + width, max(shelf, height)
     if page >= _MOST_PAGES:
-        raise DeviceError(f"the textures need {page + 1} pages of {page_size}², the adapter has {_MOST_PAGES}; use smaller textures")
+        raise DeviceError(
+            f"the textures need {page + 1} pages of {page_size}², the adapter has {_MOST_PAGES}; use smaller textures"
+        )
 
     pages = np.zeros((page + 1, page_size, page_size, 4), np.uint8)
     for key, (p, x, y) in places.items():

@@ -36,7 +36,11 @@ class PassTimer:
             return None
         index = 2 * len(self.names)
         self.names.append(name)
-        return {"query_set": self._queries, "beginning_of_pass_write_index": index, "end_of_pass_write_index": index + 1}
+        return {
+            "query_set": self._queries,
+            "beginning_of_pass_write_index": index,
+            "end_of_pass_write_index": index + 1,
+        }
 
     def resolve(self, encoder: wgpu.GPUCommandEncoder) -> None:
         if self.names:

@@ -65,9 +65,13 @@ class SceneBuffers:
         index_of = {id(texture): position for position, texture in enumerate(textures)}
         materials = [_material_record(material, index_of) for material in geometry.materials]
         pages, records, self.warnings = build_pages(textures, gpu.limit("max-texture-dimension-2d"))
-        self.materials = self._buffer(np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, "")
+        self.materials = self._buffer(
+            np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, ""
+        )
         self.textures = self._buffer(
-            np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8), _USAGE.STORAGE, ""
+            np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8),
+            _USAGE.STORAGE,
+            "",
         )
         self.pages = self._pages(pages)
         boxes = _box_records(geometry)

@@ -26,7 +26,9 @@ class Camera:
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", vector(self.position, "position", "Camera"))
         object.__setattr__(self, "target", vector(self.target, "target", "Camera"))
-        object.__setattr__(self, "vertical_fov", number(self.vertical_fov, "vertical_fov", "Camera", 0.0, 179.0, open_low=True))
+        object.__setattr__(
+            self, "vertical_fov", number(self.vertical_fov, "vertical_fov", "Camera", 0.0, 179.0, open_low=True)
+        )
         if self.up is not None:
             object.__setattr__(self, "up", vector(self.up, "up", "Camera"))
         if self.position == self.target:

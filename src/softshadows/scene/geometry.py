@@ -59,7 +59,9 @@ def flatten(scene: Scene) -> Geometry:
         positions.append(world)
         triangles.append(corners[:, ::-1] if mirrored else corners)  # keeps the front in front
         normals.append(_world_normals(mesh.normals, linear, count))
-        texcoords.append(np.zeros((count, 4), np.float32) if mesh.texcoords is None else np.hstack(list(mesh.texcoords)))
+        texcoords.append(
+            np.zeros((count, 4), np.float32) if mesh.texcoords is None else np.hstack(list(mesh.texcoords))
+        )
         colors.append(np.ones((count, 4), np.float32) if mesh.colors is None else mesh.colors)
         material_index.append(np.full(len(mesh.triangles), index_of[id(mesh.material)], np.uint32))
         vertex_base += count
@@ -93,7 +95,8 @@ def _world_positions(node: Node) -> tuple[Floats, np.ndarray]:
         world = (node.mesh.positions.astype(np.float64) @ linear.T + transform[:3, 3]).astype(np.float32)
     if len(world) and not (np.abs(world).max() <= 1e12):
         raise SceneError(
-            f"node {node.name!r}: world positions must be finite and at most 1e12 metres in size", code="ACCESSOR_INVALID_FLOAT"
+            f"node {node.name!r}: world positions must be finite and at most 1e12 metres in size",
+            code="ACCESSOR_INVALID_FLOAT",
         )
     return world, linear
 

@@ -29,7 +29,9 @@ def _set(light: object, **values: object) -> None:
 def _color(value: object, name: str, owner: str) -> Vector:
     color = vector(value, name, owner, limit=MAX_RADIANCE)
     if min(color) < 0.0:
-        raise SceneError(f"{owner}: {name} must not be negative, got {value!r}", code="VALUE_NOT_IN_RANGE", pointer=name)
+        raise SceneError(
+            f"{owner}: {name} must not be negative, got {value!r}", code="VALUE_NOT_IN_RANGE", pointer=name
+        )
     return color
 
 
@@ -305,9 +307,15 @@ class DirectionalLight(Light):
         direction = vector(self.direction, "direction", "DirectionalLight")
         length = float(np.linalg.norm(direction))
         if not length > 0.0:
-            raise SceneError("DirectionalLight: direction must not be zero", code="LOOK_AT_DEGENERATE", pointer="direction")
+            raise SceneError(
+                "DirectionalLight: direction must not be zero", code="LOOK_AT_DEGENERATE", pointer="direction"
+            )
         x, y, z = direction
-        _set(self, direction=(x / length, y / length, z / length), irradiance=_color(self.irradiance, "irradiance", "DirectionalLight"))
+        _set(
+            self,
+            direction=(x / length, y / length, z / length),
+            irradiance=_color(self.irradiance, "irradiance", "DirectionalLight"),
+        )
 
     @property
     def center(self) -> Array:

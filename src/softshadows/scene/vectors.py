@@ -24,7 +24,9 @@ def vector(value: object, name: str, owner: str, *, limit: float = LIMIT) -> Vec
     except (TypeError, ValueError):
         array = np.empty(0)
     if array.shape != (3,):
-        raise SceneError(f"{owner}: {name} must be three numbers, got {value!r}", code="VALUE_NOT_VECTOR3", pointer=name)
+        raise SceneError(
+            f"{owner}: {name} must be three numbers, got {value!r}", code="VALUE_NOT_VECTOR3", pointer=name
+        )
     if not np.isfinite(array).all() or np.abs(array).max() > limit:
         raise SceneError(
             f"{owner}: {name} must be finite and at most {limit:g} in size, got {value!r}",
@@ -38,10 +40,14 @@ def number(value: object, name: str, owner: str, low: float, high: float, *, ope
     """`value` as a float in [low, high] (or (low, high]), or a SceneError that names `owner` and `name`."""
     interval = f"{'(' if open_low else '['}{low:g}, {high:g}]"
     if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
-        raise SceneError(f"{owner}: {name} must be a number in {interval}, got {value!r}", code="VALUE_NOT_NUMBER", pointer=name)
+        raise SceneError(
+            f"{owner}: {name} must be a number in {interval}, got {value!r}", code="VALUE_NOT_NUMBER", pointer=name
+        )
     result = float(value)
     if not low <= result <= high or (open_low and result == low):  # also refuses NaN
-        raise SceneError(f"{owner}: {name} must lie in {interval}, got {value!r}", code="VALUE_NOT_IN_RANGE", pointer=name)
+        raise SceneError(
+            f"{owner}: {name} must lie in {interval}, got {value!r}", code="VALUE_NOT_IN_RANGE", pointer=name
+        )
     return result
 
 

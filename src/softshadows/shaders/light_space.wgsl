@@ -10,6 +10,7 @@
 
 const FACES = 6u;
 const FRONT = 0u;  // along -z, where a one-sided light emits
+const BACK = 5u;
 
 fn to_light_space(light: ShadowLight, vector_ws: vec3f) -> vec3f {
     return vec3f(dot(vector_ws, light.right_ws), dot(vector_ws, light.up_ws), dot(vector_ws, light.back_ws));
@@ -33,7 +34,7 @@ fn face_of(light: ShadowLight, v: vec3f) -> u32 {
     }
     let size = abs(v);
     if size.z >= max(size.x, size.y) {
-        return select(FRONT, 5u, v.z > 0.0);
+        return select(FRONT, BACK, v.z > 0.0);
     }
     if size.x >= size.y {
         return select(1u, 2u, v.x < 0.0);

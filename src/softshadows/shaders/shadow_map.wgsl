@@ -30,6 +30,14 @@ struct Sight {
     plane_offset: f32,
 };
 
+// Does the view's window hold the point, given in face coordinates?
+fn is_covered(view_index: u32, point: vec3f) -> bool {
+    let view = shadow_views[view_index];
+    let texel = (window_position(light, point) - view.window_low) * view.texels_per_unit;
+    let is_before = light.is_directional == 1u || point.z > 0.0;
+    return is_before && all(texel >= vec2f(0.0)) && all(texel < vec2f(view.size));
+}
+
 // The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the receiver's own
 // point, or one beside it that a filter wants to know about.
 fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> Sight {
@@ -39,13 +47,17 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
     var sight: Sight;
     let toward = select(dot(receiver.normal, from_sample), -receiver.normal.z, light.is_directional == 1u);
     sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
-    let face = face_of(light, along);
+    // The front window may reach over the other faces.
+    var face = FRONT;
+    var point = face_coordinates(FRONT, along);
+    sight.covered = is_covered(sample_index * FACES + FRONT, point);
+    if !sight.covered {
+        face = face_of(light, along);
+        point = face_coordinates(face, along);
+        sight.covered = face != FRONT && is_covered(sample_index * FACES + face, point);
+    }
     sight.view = sample_index * FACES + face;
-    let point = face_coordinates(face, along);
-    let view = shadow_views[sight.view];
     sight.position = window_position(light, point);
-    let texel = (sight.position - view.window_low) * view.texels_per_unit;
-    sight.covered = all(texel >= vec2f(0.0)) && all(texel < vec2f(view.size));
     sight.closeness = closeness_of(light, point.z);
     sight.plane_normal = face_coordinates(face, receiver.normal);
     sight.plane_offset = dot(receiver.normal, from_sample);
@@ -61,28 +73,55 @@ fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
 // The first covers vertices that the rasteriser snaps to a fraction of a texel and grows with the receiver's slope, the
 // second surfaces that curve within a texel. Measured: docs/decisions/0002-bias.md.
 const SNAP_BIAS_TEXELS = 0.1;
-const CURVATURE_BIAS_TEXELS = 0.4;
+const CURVATURE_BIAS_TEXELS = 0.5;
 const FLOAT_BIAS = 2e-6;  // of the closeness
+const CREASE_TEXELS = 8.0;
 
-// One shadow-map test: is the texel free of occluders before the receiver's plane?
+// By how much the occluder in a texel is closer than the receiver, in texels at the receiver; 0 or less where it is not an occluder.
 //
 // The stored closeness belongs to the ray through the texel's centre, so it is compared with the receiver's plane on that
 // same ray: a plane never shadows itself, however steep, and the only bias left is for rounding and curvature.
-fn texel_is_lit(sight: Sight, texel: vec2u) -> bool {
+fn texel_depth_gap(sight: Sight, texel: vec2u) -> f32 {
     let view = shadow_views[sight.view];
-    let stored = stored_closeness(sight, texel);
     let texel_extent = 1.0 / view.texels_per_unit;
     let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
     let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
     let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
     let snap = SNAP_BIAS_TEXELS * closeness_per_texel(light, sight.plane_normal, sight.plane_offset, texel_extent);
-    let curvature = CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
-    return stored <= bounded + light.bias_scale * (snap + curvature) + FLOAT_BIAS * sight.closeness;
+    let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
+    let bias = light.bias_scale * (snap + CURVATURE_BIAS_TEXELS * texel_closeness) + FLOAT_BIAS * sight.closeness;
+    return (stored_closeness(sight, texel) - bounded - bias) / texel_closeness;
+}
+
+fn texel_is_lit(sight: Sight, texel: vec2u) -> bool {
+    return texel_depth_gap(sight, texel) <= 0.0;
 }
 
 fn covering_texel(sight: Sight) -> vec2u {
     let view = shadow_views[sight.view];
     return vec2u((sight.position - view.window_low) * view.texels_per_unit);
+}
+
+// Change of the stored closeness from one texel to the next along an axis, of the two sides the smaller: across a silhouette one
+// of them is large and means nothing.
+fn stored_slope(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
+    let last = vec2i(shadow_views[sight.view].size) - 1;
+    let here = stored_closeness(sight, texel);
+    let before = here - stored_closeness(sight, vec2u(clamp(vec2i(texel) - step, vec2i(0), last)));
+    let after = stored_closeness(sight, vec2u(clamp(vec2i(texel) + step, vec2i(0), last))) - here;
+    return select(after, before, abs(before) < abs(after));
+}
+
+// In a concave crease the texel's centre may lie on the neighbouring surface, just before the receiver's plane, though the receiver
+// itself is free. The occluder's own plane tells: where it passes behind the receiver, it does not shadow it.
+fn occluder_plane_is_behind(sight: Sight, texel: vec2u) -> bool {
+    let view = shadow_views[sight.view];
+    let offset = (sight.position - view.window_low) * view.texels_per_unit - (vec2f(texel) + 0.5);
+    let slopes = vec2f(stored_slope(sight, texel, vec2i(1, 0)), stored_slope(sight, texel, vec2i(0, 1)));
+    let at_receiver = stored_closeness(sight, texel) + dot(slopes, offset);
+    let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
+    let bias = light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, texel_extent);
+    return at_receiver <= sight.closeness + bias + FLOAT_BIAS * sight.closeness;
 }
 
 // Is light sample `sample_index` visible from the receiver?
@@ -91,5 +130,7 @@ fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
     if !sight.possible || !sight.covered {
         return sight.possible;
     }
-    return texel_is_lit(sight, covering_texel(sight));
+    let texel = covering_texel(sight);
+    let gap = texel_depth_gap(sight, texel);
+    return gap <= 0.0 || (gap < CREASE_TEXELS && occluder_plane_is_behind(sight, texel));
 }

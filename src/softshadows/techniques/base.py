@@ -35,7 +35,10 @@ def option(
     Either one of `choices`, or a number of the default's type in [low, high], or the word `or_word`. A default that is itself
     `or_word` means whole numbers.
     """
-    return field(default=default, metadata={"help": help, "choices": tuple(choices), "low": low, "high": high, "or_word": or_word})
+    return field(
+        default=default,
+        metadata={"help": help, "choices": tuple(choices), "low": low, "high": high, "or_word": or_word},
+    )
 
 
 def legal_values(option_field: Field) -> str:
@@ -44,7 +47,9 @@ def legal_values(option_field: Field) -> str:
     if meta["choices"]:
         return "one of " + ", ".join(str(choice) for choice in meta["choices"])
     kind = "a number" if isinstance(option_field.default, float) else "a whole number"
-    interval = f"from {meta['low']:g} to {meta['high']:g}" if meta["high"] < math.inf else f"of at least {meta['low']:g}"
+    interval = (
+        f"from {meta['low']:g} to {meta['high']:g}" if meta["high"] < math.inf else f"of at least {meta['low']:g}"
+    )
     return f"{kind} {interval}" + (f", or {meta['or_word']}" if meta["or_word"] else "")
 
 

@@ -84,7 +84,9 @@ class SampledPass(TechniquePass):
 
     def _new_atlas(self, count: int) -> ShadowAtlas:
         context = self._context
-        plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, count, self._resolution, self._memory_budget)
+        plan = plan_atlas(
+            context.gpu, context.scene, context.gbuffer.size, count, self._resolution, self._memory_budget
+        )
         return ShadowAtlas(
             context.gpu,
             context.scene,
@@ -134,4 +136,7 @@ class SampledPass(TechniquePass):
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
         samples = atlas.plan.samples_per_chunk
         lookups = self._lookups(atlas.plan.samples) / atlas.plan.samples * samples
-        return samples * self._context.scene.triangle_count / gpu.triangles_per_ms + width * height * lookups / gpu.lookups_per_ms
+        return (
+            samples * self._context.scene.triangle_count / gpu.triangles_per_ms
+            + width * height * lookups / gpu.lookups_per_ms
+        )

@@ -100,7 +100,8 @@ class GBuffer:
             view.create_view() for view in (self._numbers, self.position, self.normal, self.material)
         ]
         self._resolve_bindings = device.create_bind_group(
-            layout=resolve_layout, entries=[{"binding": i, "resource": resource} for i, resource in enumerate(resources)]
+            layout=resolve_layout,
+            entries=[{"binding": i, "resource": resource} for i, resource in enumerate(resources)],
         )
         self._resolve = device.create_compute_pipeline(
             layout=device.create_pipeline_layout(bind_group_layouts=[resolve_layout, scene.layout]),
@@ -145,7 +146,12 @@ class GBuffer:
 
     def encode(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
         scene = self._scene
-        color = {"view": self._numbers.create_view(), "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 0)}
+        color = {
+            "view": self._numbers.create_view(),
+            "load_op": "clear",
+            "store_op": "store",
+            "clear_value": (0, 0, 0, 0),
+        }
         depth = {
             "view": self._depth.create_view(),
             "depth_load_op": "clear",

@@ -26,6 +26,8 @@ const LANES = 64u;
 const EMPTY_LOW = vec2f(3e38);
 const EMPTY_HIGH = vec2f(-3e38);
 const WINDOW_LIMIT = 1.0;      // faces meet at 45 degrees
+const FRONT_LIMIT = 3.0;       // how far the front window may reach over the other faces, to 72 degrees
+const FRONT_GROWTH = 3.0;      // by how much its area may grow for it: every face less is one drawing of the scene less
 const SMALLEST_VIEW = 8.0;     // texels
 const SMALLEST_SHARE = 0.0625; // of the tile's edge
 
@@ -45,7 +47,7 @@ fn quotient_range(low: f32, high: f32, near: f32, far: f32) -> vec2f {
 }
 
 // The face's window around all receiver boxes, found by all lanes together.
-fn face_window(face: u32, sample_ls: vec3f, lane: u32) -> Window {
+fn face_window(face: u32, window_limit: f32, sample_ls: vec3f, lane: u32) -> Window {
     var low = EMPTY_LOW;
     var high = EMPTY_HIGH;
     var demand = vec2f(0.0);
@@ -65,7 +67,7 @@ fn face_window(face: u32, sample_ls: vec3f, lane: u32) -> Window {
             if box_high.z <= 0.0 {
                 continue;
             }
-            limit = WINDOW_LIMIT;
+            limit = window_limit;
             near = max(box_low.z, 1e-6 * box_high.z);
             far = box_high.z;
         }
@@ -109,26 +111,59 @@ fn place(window: Window, origin: vec2f, size: vec2f) -> ShadowView {
     return ShadowView(window.low - light.margin_texels / texels_per_unit, texels_per_unit, vec2u(origin), vec2u(used));
 }
 
+// Can the wide front window hold all that the other faces' windows hold?
+fn front_can_hold(windows: array<Window, FACES>, wide_front: Window) -> bool {
+    let front = windows[FRONT];
+    if is_empty(front) || !is_empty(windows[BACK]) {
+        return false;
+    }
+    for (var face = 1u; face < BACK; face++) {
+        // b = z / |axis| on the faces beside the front: -1 at the front's edge, -1 / limit at the wide front's.
+        if !is_empty(windows[face]) && windows[face].high.y > -1.0 / FRONT_LIMIT {
+            return false;
+        }
+    }
+    let extent = front.high - front.low;
+    let wide_extent = wide_front.high - wide_front.low;
+    return wide_extent.x * wide_extent.y <= FRONT_GROWTH * extent.x * extent.y;
+}
+
+fn is_empty(window: Window) -> bool {
+    return any(window.low > window.high);
+}
+
 @compute @workgroup_size(LANES)
 fn cs_fit_views(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let sample_index = group.x;
     let sample_ls = vec3f(light_samples[sample_index].xy, 0.0);
     let face_count = select(FACES, 1u, light.is_directional == 1u);
     var windows: array<Window, FACES>;
-    for (var face = 0u; face < face_count; face++) {
-        windows[face] = face_window(face, sample_ls, lane);
+    for (var face = 1u; face < FACES; face++) {
+        windows[face] = Window(EMPTY_LOW, EMPTY_HIGH, 0.0);
     }
+    for (var face = 0u; face < face_count; face++) {
+        windows[face] = face_window(face, WINDOW_LIMIT, sample_ls, lane);
+    }
+    let wide_front = face_window(FRONT, FRONT_LIMIT, sample_ls, lane);
     if lane != 0u {
         return;
+    }
+
+    // One wide window where it can hold everything and does not waste too many texels.
+    if front_can_hold(windows, wide_front) {
+        windows[FRONT] = wide_front;
+        for (var face = 1u; face < FACES; face++) {
+            windows[face].high = EMPTY_HIGH;
+        }
     }
 
     // Texels asked for, by face.
     var areas: array<f32, FACES>;
     var total = 0.0;
     var largest = 0u;
-    for (var face = 0u; face < face_count; face++) {
+    for (var face = 0u; face < FACES; face++) {
         let window = windows[face];
-        if any(window.low > window.high) {
+        if is_empty(window) {
             continue;
         }
         let extent = (window.high - window.low) * window.texels_per_unit + SMALLEST_VIEW;

@@ -19,7 +19,7 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.commands import SUBMIT_MS, Commands
+from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, dtype, pack
@@ -34,7 +34,7 @@ _USAGE = wgpu.BufferUsage
 FACES = 6
 BOX_EDGE = 8  # pixels
 UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
-AUTO_TILE_PER_IMAGE = 2.0
+AUTO_TILE_PER_IMAGE = 4.0
 """Edge of an automatic tile over the longer side of the image: the camera's pixels are rarely spread so unevenly over a
 map that twice as many texels per axis are not enough for one texel per pixel."""
 SMALLEST_AUTO_TILE, LARGEST_AUTO_TILE = 256, 4096
@@ -148,7 +148,9 @@ def plan_atlas(
     else:
         tile = int(resolution)
     if tile > largest:
-        raise DeviceError(f"a shadow map of {tile}² exceeds this adapter's largest texture ({largest}²). Lower the resolution.")
+        raise DeviceError(
+            f"a shadow map of {tile}² exceeds this adapter's largest texture ({largest}²). Lower the resolution."
+        )
     if 4 * tile * tile > memory_budget * 2**20:
         raise DeviceError(
             f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget of {memory_budget} MiB. "
@@ -220,7 +222,9 @@ class ShadowAtlas:
 
         uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
 
-        def bind(resources: list[tuple[object, dict]], visibility: int) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+        def bind(
+            resources: list[tuple[object, dict]], visibility: int
+        ) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
             layouts, entries = [], []
             for binding, (resource, kind) in enumerate(resources):
                 if isinstance(resource, wgpu.GPUBuffer):
@@ -237,10 +241,19 @@ class ShadowAtlas:
         light, samples, views = (self._light, uniform), (self._samples, read), (self._views, read)
         receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read)]
         receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
-        fit_resources = [light, samples, (boxes, read), (self._views, readwrite), (draw_list, readwrite), (self._arguments, readwrite)]
+        fit_resources = [
+            light,
+            samples,
+            (boxes, read),
+            (self._views, readwrite),
+            (draw_list, readwrite),
+            (self._arguments, readwrite),
+        ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
-        draw_layout, self._draw_bindings = bind([light, samples, views, (draw_list, read), chunk], _STAGES.VERTEX | _STAGES.FRAGMENT)
+        draw_layout, self._draw_bindings = bind(
+            [light, samples, views, (draw_list, read), chunk], _STAGES.VERTEX | _STAGES.FRAGMENT
+        )
         atlas = (self._depth_view, {"sample_type": "depth"})
         self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
 
@@ -258,10 +271,14 @@ class ShadowAtlas:
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, *SHADOW_STRUCTS), [fit_layout])
         self._opaque, self._masked = self._draw_pipelines(draw_layout)
 
-    def _draw_pipelines(self, draw_layout: wgpu.GPUBindGroupLayout) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
+    def _draw_pipelines(
+        self, draw_layout: wgpu.GPUBindGroupLayout
+    ) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
         clips = "clip-distances" in self._gpu.features
         device = self._gpu.device
-        module = shader_module(device, _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"), (Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS))
+        module = shader_module(
+            device, _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"), (Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS)
+        )
         position = {"format": "float32x3", "offset": 0, "shader_location": 0}
         vertex_buffer = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
 
@@ -323,7 +340,7 @@ class ShadowAtlas:
             depth_scale=1.0 if directional else near,
             window_scale=max(scene.diagonal, 1e-6) if directional else 1.0,
             bias_scale=self._bias_scale,
-            texels_per_pixel=1.0,
+            texels_per_pixel=2.0,
             margin_texels=float(self._margin_texels),
             is_auto=int(plan.is_auto),
             is_round=int(light.kind == "disk"),

@@ -46,9 +46,12 @@ class _FillPass(TechniquePass):
         super().__init__()
         device = context.gpu.device
         module = shader_module(device, Path(__file__).with_name("none.wgsl"))
-        self._pipeline = device.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "cs_fill"})
+        self._pipeline = device.create_compute_pipeline(
+            layout="auto", compute={"module": module, "entry_point": "cs_fill"}
+        )
         self._bindings = device.create_bind_group(
-            layout=self._pipeline.get_bind_group_layout(0), entries=[{"binding": 0, "resource": {"buffer": context.visibility}}]
+            layout=self._pipeline.get_bind_group_layout(0),
+            entries=[{"binding": 0, "resource": {"buffer": context.visibility}}],
         )
         self._groups = -(-context.visibility.size // 4 // 256)
 

@@ -72,7 +72,9 @@ class Uniform(Technique):
 
     grid: int = option(17, "light samples along each side of the light", low=1, high=64)
     weights: str = option("trapezoid", "how samples are weighted; equal is the paper's", choices=("trapezoid", "equal"))
-    layout: str = option("corners", "samples on the light's border, or in the middle of cells", choices=("corners", "centres"))
+    layout: str = option(
+        "corners", "samples on the light's border, or in the middle of cells", choices=("corners", "centres")
+    )
     resolution: int | str = option("auto", "texels along a shadow map's side", low=16, high=16384, or_word="auto")
     bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
     memory_budget: int = option(DEFAULT_MEMORY_BUDGET, "MiB for the maps drawn at one time", low=1, high=65536)
