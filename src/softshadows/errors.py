@@ -19,8 +19,8 @@ class SoftShadowsError(Exception):
 class SceneError(SoftShadowsError):
     """A scene, or a file that describes one, cannot be used.
 
-    `code` follows the Khronos glTF validator's names where one exists (`NODE_LOOP`, `ACCESSOR_INDEX_OOB` ...), `pointer` is
-    the JSON pointer (or line, or key) inside `file`. Each may be None where it has no meaning.
+    `code` follows the Khronos glTF validator's names where one exists (`NODE_LOOP`, `ACCESSOR_INDEX_OOB` ...),
+    `pointer` is the JSON pointer (or line, or key) inside `file`. Each may be None where it has no meaning.
     """
 
     def __init__(

@@ -42,7 +42,10 @@ Bools = npt.NDArray[np.bool_]
 
 @dataclass
 class FrameStats:
-    """What a frame cost. `gpu_ms` by pass, `cpu_ms` to prepare and encode it (not the driver's submit), `gpu_bytes` held; `warnings` in words."""
+    """What a frame cost.
+
+    `gpu_ms` by pass; `cpu_ms` to prepare and encode it, without the driver's submit; `gpu_bytes` held.
+    """
 
     shadow_maps: int = 0
     lookups_per_pixel: float = 0.0
@@ -57,9 +60,10 @@ class FrameStats:
 class Frame:
     """A rendered frame, all arrays row 0 at the top.
 
-    color (height, width, 3) float32 linear radiance; visibility (lights, height, width) float32, 1 = lit, 0 = umbra, 1 where there is
-    no surface; position, normal (height, width, 3) float32 world space, the normal geometric and facing the viewer;
-    depth (height, width) float32 metres along the view axis, inf where there is no surface; surface (height, width) bool.
+    color (height, width, 3) float32 linear radiance; visibility (lights, height, width) float32, 1 = lit, 0 = umbra, 1
+    where there is no surface; position, normal (height, width, 3) float32 world space, the normal geometric and facing
+    the viewer; depth (height, width) float32 metres along the view axis, inf where there is no surface; surface
+    (height, width) bool.
     """
 
     color: Floats
@@ -73,12 +77,12 @@ class Frame:
 
     @property
     def facing(self) -> Bools:
-        """(lights, height, width) bool: the whole light is before the surface, and the surface before a one-sided light."""
+        """(lights, height, width) bool: all of the light before the surface, the surface before a one-sided light."""
         planes = [facing(light, self.position, self.normal) & self.surface for light in self.lights]
         return np.stack(planes) if planes else np.zeros((0, *self.surface.shape), bool)
 
     def save(self, path: str | Path) -> None:
-        """Write a .png (display transformed), .exr or .npz (linear, every image by name). Raises OptionError for other suffixes."""
+        """Write a .png (display transformed), .exr or .npz (linear, every image by name); else raises OptionError."""
         save_frame(
             path,
             color=self.color,
@@ -94,8 +98,8 @@ class Frame:
 class Renderer:
     """Renders frames of one scene with one technique at one size, and keeps GPU state between them.
 
-    Between calls `scene.lights` and the nodes' transforms may change. Raises SceneError for a scene that cannot be used,
-    OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
+    Between calls `scene.lights` and the nodes' transforms may change. Raises SceneError for a scene that cannot be
+    used, OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
     """
 
     def __init__(

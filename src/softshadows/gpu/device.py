@@ -17,7 +17,7 @@ import wgpu
 from softshadows.errors import DeviceError
 
 OPTIONAL_FEATURES = {
-    "clip-distances": "without it every shadow map is a draw of its own, with a viewport, instead of an instance of one draw",
+    "clip-distances": "without it every shadow map is a draw of its own, with a viewport, not an instance of one draw",
     "timestamp-query": "without it frame.stats.gpu_ms is empty",
 }
 """Features asked for where the adapter has them, with what happens without."""
@@ -27,8 +27,8 @@ RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", 
 
 CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 20_000, 50_000
 GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS = 500_000, 10_000_000
-"""Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame is
-cut into submits, so that none of them runs into a driver's watchdog."""
+"""Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame
+is cut into submits, so that none of them runs into a driver's watchdog."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""One declaration for a struct on both sides: a dataclass becomes a WGSL struct and the numpy dtype with the same bytes.
+"""One declaration for a struct on both sides: a dataclass becomes a WGSL struct and the numpy dtype of the same bytes.
 
 class Light(Struct):                        struct Light {
     position_ws: Vec3f              ->          position_ws: vec3f,

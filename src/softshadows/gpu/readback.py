@@ -1,7 +1,7 @@
 """The one read-back of a frame: every result in one mapped buffer, closed by a completion word that is checked.
 
-A driver that gives up on a long job can hand back an empty buffer without an error, so the last thing a frame does on the
-GPU is to write the frame's number after its results.
+A driver that gives up on a long job can hand back an empty buffer without an error, so the last thing a frame does on
+the GPU is to write the frame's number after its results.
 """
 
 from __future__ import annotations
@@ -110,7 +110,8 @@ class Readback:
             if word != self._frame:
                 raise DeviceError(
                     f"the GPU returned an unfinished frame (completion word {word}, expected {self._frame}); "
-                    "the driver probably stopped a job that took too long. Lower the size or the number of light samples."
+                    "the driver probably stopped a job that took too long. "
+                    "Lower the size or the number of light samples."
                 )
             return {part.name: _extract(data, part) for part in self._parts}
         finally:

@@ -1,7 +1,7 @@
 """All textures of a scene in one array texture: mip chains packed onto pages, sampled by our own code in texture.wgsl.
 
-Core WebGPU has no bindless textures, and images come in any size with their own wrap modes, so each image's mip chain is a
-rectangle on a page: level 0 at its origin, the smaller levels in a column to its right.
+Core WebGPU has no bindless textures, and images come in any size with their own wrap modes, so each image's mip chain
+is a rectangle on a page: level 0 at its origin, the smaller levels in a column to its right.
 """
 
 from __future__ import annotations

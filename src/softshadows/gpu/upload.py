@@ -43,9 +43,9 @@ class MaterialRecord(Struct):
 class SceneBuffers:
     """GPU copies of a Geometry.
 
-    positions: array<f32>, three per vertex, world space, also a vertex buffer; indices: array<u32>, also an index buffer;
-    attributes: array<VertexAttributes>; faces: array<vec4f> (unit normal by winding, material index as a float);
-    occluder_boxes: low and high corner of clusters of triangles;
+    positions: array<f32>, three per vertex, world space, also a vertex buffer; indices: array<u32>, also an index
+    buffer; attributes: array<VertexAttributes>; faces: array<vec4f> (unit normal by winding, material index as a
+    float); occluder_boxes: low and high corner of clusters of triangles;
     materials, textures: records; pages: rgba8unorm 2-d array texture.
     """
 

@@ -15,8 +15,9 @@ _GRID = 1024  # cells along each axis of the space-filling curve
 def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[np.float32]:
     """(n, 2, 3) float32 low and high corners, world space, n ≤ `most`; together they hold every triangle.
 
-    Every node has clusters of its own, so that a plane such as the ground keeps a flat box; a node's triangles are grouped along a
-    Morton curve through their centres. With more nodes than `most`, neighbours in the scene's order share a box.
+    Every node has clusters of its own, so that a plane such as the ground keeps a flat box; a node's triangles are
+    grouped along a Morton curve through their centres. With more nodes than `most`, neighbours in the scene's order
+    share a box.
     """
     triangle_count = len(geometry.triangles)
     if triangle_count == 0:

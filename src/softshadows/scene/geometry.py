@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +19,9 @@ class Geometry:
     """World-space triangles, opaque ones first, then those with an alpha cutoff.
 
     positions (v, 3) float32; triangles (t, 3) uint32; normals (v, 3) float32, zero where the mesh has none (flat);
-    texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by winding,
-    zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before the masked ones;
-    node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
+    texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by
+    winding, zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before
+    the masked ones; node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
     """
 
     positions: Floats
@@ -34,12 +35,17 @@ class Geometry:
     opaque_count: int
     node_starts: npt.NDArray[np.int64]
 
+    @cached_property
+    def bounds(self) -> npt.NDArray[np.float64]:
+        """(2, 3) lowest and highest corner of all vertices; zeros without vertices."""
+        if not len(self.positions):
+            return np.zeros((2, 3))
+        return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)]).astype(np.float64)
+
     @property
     def diagonal(self) -> float:
         """Length of the bounding box's diagonal, metres; 0 without vertices."""
-        if not len(self.positions):
-            return 0.0
-        return float(np.linalg.norm(self.positions.max(axis=0).astype(np.float64) - self.positions.min(axis=0)))
+        return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
 
 
 def flatten(scene: Scene) -> Geometry:

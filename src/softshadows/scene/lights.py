@@ -1,7 +1,7 @@
 """The lights: rectangles, disks and lines that cast soft shadows, and the zero-size lights of glTF.
 
-Every light has a local frame (rows right, up, back; it emits along −back), a centre and a half extent, and maps the unit
-square onto its surface. That is all that samplers, shadow maps and truth need to know of its shape.
+Every light has a local frame (rows right, up, back; it emits along −back), a centre and a half extent, and maps the
+unit square onto its surface. That is all that samplers, shadow maps and truth need to know of its shape.
 
 Units: metres; `radiance` in W/(m² sr) for surfaces, W/(m sr) for lines (the radiant intensity of one metre seen from
 the side); `intensity` in W/sr; `irradiance` in W/m². RGB, linear.
@@ -69,7 +69,7 @@ class Light:
         raise NotImplementedError
 
     def points(self, s: Array, t: Array) -> Array:
-        """World positions, (..., 3) float64, of the points (s, t) of the unit square; equal areas map to equal areas."""
+        """World positions, (..., 3) float64, of points (s, t) of the unit square; equal areas map to equal areas."""
         s, t = np.broadcast_arrays(np.asarray(s, np.float64), np.asarray(t, np.float64))
         x, y = self._local(2.0 * s - 1.0, 2.0 * t - 1.0)
         right, up, _ = self.axes
@@ -82,7 +82,7 @@ class Light:
 
 @dataclass(frozen=True)
 class RectLight(Light):
-    """A rectangle centred at `position`, emitting towards `target`; width runs along the frame's right, height along its up.
+    """A rectangle centred at `position`, emitting towards `target`; width runs along its right, height along its up.
 
     A width or height of zero is legal and gives a zero-size light. Raises SceneError for values that are not finite,
     negative sizes or radiance, and position = target.
@@ -177,7 +177,7 @@ class DiskLight(Light):
         return self.radiance
 
     def _local(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """The concentric map of Shirley and Chiu (1997): squares around the centre become circles, areas keep their ratio."""
+        """The concentric map of Shirley and Chiu (1997): squares become circles, areas keep their ratio."""
         outer = np.where(np.abs(x) > np.abs(y), x, y)
         safe = np.where(outer == 0.0, 1.0, outer)
         angle = np.where(np.abs(x) > np.abs(y), (np.pi / 4.0) * y / safe, np.pi / 2.0 - (np.pi / 4.0) * x / safe)
@@ -257,7 +257,7 @@ class PointLight(Light):
 
 @dataclass(frozen=True)
 class SpotLight(Light):
-    """A point light with a cone towards `target`: full `intensity` (W/sr) within `inner_angle`, none beyond `outer_angle`.
+    """A point light with a cone to `target`: full `intensity` (W/sr) within `inner_angle`, none beyond `outer_angle`.
 
     Angles in degrees from the axis, 0 ≤ inner < outer ≤ 90; between them the smooth fall-off of KHR_lights_punctual.
     """

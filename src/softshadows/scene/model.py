@@ -20,7 +20,8 @@ class Texture:
     """An image and how it is read.
 
     `pixels` (height, width, 4) uint8, row 0 at v = 0, colours in sRGB where the material slot is a colour. `transform`
-    (2, 3) float maps (u, v, 1) to the coordinates that are looked up (KHR_texture_transform). `texcoord` is the set, 0 or 1.
+    (2, 3) float maps (u, v, 1) to the coordinates that are looked up (KHR_texture_transform). `texcoord` is the set, 0
+    or 1.
     """
 
     pixels: npt.NDArray[np.uint8]
@@ -36,9 +37,9 @@ class Texture:
 class Material:
     """Metallic-roughness material of glTF 2.0. Colours are linear; textures multiply their factors.
 
-    `alpha_cutoff` None means opaque; otherwise points whose alpha (factor × texture × vertex colour) is below it do not exist, for
-    the camera and for shadows alike. `emission` is radiance, RGB. Single-sided surfaces are not seen from behind but
-    still cast shadows.
+    `alpha_cutoff` None means opaque; otherwise points whose alpha (factor × texture × vertex colour) is below it do not
+    exist, for the camera and for shadows alike. `emission` is radiance, RGB. Single-sided surfaces are not seen from
+    behind but still cast shadows.
     """
 
     name: str = ""
@@ -106,7 +107,7 @@ class Node:
 
 @dataclass(eq=False)
 class Scene:
-    """Nodes, lights and cameras. `camera` is the default view; `warnings` names what the file held and softshadows ignores."""
+    """Nodes, lights and cameras. `camera` is the default view; `warnings` names what of the file is ignored."""
 
     nodes: list[Node] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
@@ -120,7 +121,7 @@ class Scene:
         return sum(len(node.mesh.triangles) for node in self.nodes)
 
     def bounds(self) -> npt.NDArray[np.float64]:
-        """(2, 3) lowest and highest world coordinates of all vertices. Raises SceneError for a scene without vertices."""
+        """(2, 3) lowest and highest world coordinates of all vertices. Raises SceneError where there are none."""
         boxes = []
         for node in self.nodes:
             if len(node.mesh.positions):

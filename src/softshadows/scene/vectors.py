@@ -1,4 +1,4 @@
-"""Checked three-vectors and the one look-at that cameras and lights share (DESIGN: right-handed, y up, forward = −z)."""
+"""Checked three-vectors and the one look-at that cameras and lights share: right-handed, y up, forward = −z."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def number(value: object, name: str, owner: str, low: float, high: float, *, ope
 
 
 def look_at(position: VectorLike, target: VectorLike, up: VectorLike | None = None) -> Array:
-    """Rows right, up', back of the frame at `position` that looks at `target` along its −z: (3, 3) float64, world space.
+    """Rows right, up', back of the frame at `position` that looks at `target` along its −z: (3, 3) float64.
 
     right = forward × up, up' = right × forward; `up` defaults to +y, and is −z where forward is parallel to it.
     """

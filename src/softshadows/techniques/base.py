@@ -1,4 +1,4 @@
-"""What a technique is: a frozen dataclass of options that builds a pass, which turns a frame's receivers into visibility.
+"""What a technique is: a frozen dataclass of options that builds a pass, which turns receivers into visibility.
 
 One declaration of an option gives `-O` flags, validation, documentation and the shader's constants.
 """
@@ -32,8 +32,8 @@ def option(
 ) -> Any:
     """A technique's option: its default, what it does, and its legal values.
 
-    Either one of `choices`, or a number of the default's type in [low, high], or the word `or_word`. A default that is itself
-    `or_word` means whole numbers.
+    Either one of `choices`, or a number of the default's type in [low, high], or the word `or_word`. A default that is
+    itself `or_word` means whole numbers.
     """
     return field(
         default=default,

@@ -1,7 +1,7 @@
 """Visibility from shadow maps of points on the light: what every shadow-map technique here shares.
 
-A technique chooses the sample points and brings a shader with an entry `cs_visibility` that looks into the maps of one chunk of
-samples; this pass fits and draws the maps and runs that shader, chunk by chunk, light by light.
+A technique chooses the sample points and brings a shader with an entry `cs_visibility` that looks into the maps of one
+chunk of samples; this pass fits and draws the maps and runs that shader, chunk by chunk, light by light.
 """
 
 from __future__ import annotations

@@ -41,8 +41,9 @@ class FrameUniforms(Struct):
 class GBuffer:
     """The pass and its textures, all of the image's size.
 
-    position: rgba32float, xyz world space, w linear view depth, 0 where there is no surface; normal: rgba32float, geometric, unit,
-    facing the viewer; material: rgba32uint (shading normal, base colour, roughness and metallic, emission; lighting.wgsl).
+    position: rgba32float, xyz world space, w linear view depth, 0 where there is no surface; normal: rgba32float,
+    geometric, unit, facing the viewer; material: rgba32uint (shading normal, base colour, roughness and metallic,
+    emission; lighting.wgsl).
     """
 
     def __init__(self, gpu: Gpu, scene: SceneBuffers, size: tuple[int, int]) -> None:

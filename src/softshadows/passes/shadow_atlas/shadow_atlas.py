@@ -1,12 +1,13 @@
 """All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
 
     receivers.wgsl   boxes around what the camera sees and something can shadow, 8×8 pixels each, in light space
-    fit.wgsl         per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile; draw list
+    fit.wgsl         per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile;
+                     draw list
     draw.wgsl        the occluders, one instance per window
 
-Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas at one
-time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns in the
-same buffers: per light a technique calls `encode_fit` and then, per chunk, `encode_draw` and its own look-ups.
+Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas
+at one time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns
+in the same buffers: per light a technique calls `encode_fit` and then, per chunk, `encode_draw` and its own look-ups.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ class ShadowLight(Struct):
 
 
 class ShadowView(Struct):
-    """One window of one sample: where it lies in the tangents of its face, and where in the atlas. Size 0: not in use."""
+    """One window of one sample: where it lies in its face's tangents, and where in the atlas. Size 0: not in use."""
 
     window_low: Vec2f
     texels_per_unit: Vec2f
@@ -82,7 +83,7 @@ class ShadowView(Struct):
 
 
 class ReceiverBox(Struct):
-    """Extent of the receivers of 8×8 pixels in light space, how many they are and the mean width of their pixels in metres."""
+    """Receivers of 8×8 pixels: their extent in light space, their number, the mean width of their pixels in metres."""
 
     low: Vec3f
     count: F32
@@ -153,7 +154,8 @@ def plan_atlas(
         )
     if 4 * tile * tile > memory_budget * 2**20:
         raise DeviceError(
-            f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget of {memory_budget} MiB. "
+            f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget "
+            f"of {memory_budget} MiB. "
             "Lower the resolution or raise memory_budget."
         )
     row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
@@ -166,7 +168,7 @@ def plan_atlas(
 
 @dataclass(frozen=True, eq=False)
 class SampledLight:
-    """A light and its samples: points (n, 2) in light space, metres; weights (n,), any scale; the light's layer of visibility."""
+    """A light, its layer of visibility, its samples: points (n, 2) in light space, metres; weights (n,), any scale."""
 
     light: Light
     layer: int
@@ -177,8 +179,8 @@ class SampledLight:
 class ShadowAtlas:
     """The shadow maps of lights with `plan.samples` samples each, one light at a time.
 
-    `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include shadow_map.wgsl; its binding 4 is the chunk, at
-    the dynamic offset `chunk_offset(chunk)`.
+    `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include shadow_map.wgsl; its binding 4 is the
+    chunk, at the dynamic offset `chunk_offset(chunk)`.
     """
 
     def __init__(
@@ -323,9 +325,9 @@ class ShadowAtlas:
         plan, scene, light = self.plan, self._scene, sampled.light
         right, up, back = light.axes
         directional = light.kind == "directional"
-        near, far = max(1e-5 * scene.diagonal, 1e-7), _farthest(scene.geometry.positions, light.center)
+        near, far = max(1e-5 * scene.diagonal, 1e-7), _farthest(scene.geometry.bounds, light.center)
         if directional:
-            near, far = _depth_range(scene.geometry.positions, -back)
+            near, far = _depth_range(scene.geometry.bounds, -back)
         uniforms = ShadowLight(
             center_ws=tuple(light.center),
             is_one_sided=int(light.one_sided),
@@ -410,17 +412,13 @@ class ShadowAtlas:
         draw.end()
 
 
-def _depth_range(positions: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
-    """Nearest and farthest extent of the scene along `direction`, with a margin."""
-    depths = positions.astype(np.float64) @ direction if len(positions) else np.zeros(1)
-    low, high = float(depths.min()), float(depths.max())
+def _depth_range(bounds: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
+    """Nearest and farthest extent of a box along `direction`, with a margin."""
+    low, high = np.sort(bounds * direction, axis=0).sum(axis=1)
     margin = max(1e-3 * (high - low), 1e-6)
-    return low - margin, high + margin
+    return float(low - margin), float(high + margin)
 
 
-def _farthest(positions: np.ndarray, center: np.ndarray) -> float:
-    """A distance from `center` that no vertex exceeds."""
-    if not len(positions):
-        return 1.0
-    corner = np.maximum(np.abs(positions.min(axis=0) - center), np.abs(positions.max(axis=0) - center))
-    return max(float(np.linalg.norm(corner)), 1e-6)
+def _farthest(bounds: np.ndarray, center: np.ndarray) -> float:
+    """The distance from `center` that no point of a box exceeds."""
+    return max(float(np.linalg.norm(np.abs(bounds - center).max(axis=0))), 1e-6)

@@ -4,11 +4,12 @@ Paper
     [Williams1978]  Williams, "Casting Curved Shadows on Curved Surfaces", SIGGRAPH 1978.
 
 Section map
-    [Williams1978]   depth of the first surface along the light's rays, compared   -> shadow_map.wgsl sample_is_visible()
+    [Williams1978]   depth of the first surface along the light's rays, compared  -> shadow_map.wgsl sample_is_visible()
 
 Departures from the paper
-    - The comparison takes place on the ray through the texel's centre, against the receiver's own plane, so that no surface
-      shadows itself; the paper suggests a constant bias. See docs/decisions/0002-bias.md for the measured effect.
+    - The comparison takes place on the ray through the texel's centre, against the receiver's own plane, so that no
+      surface shadows itself; the paper suggests a constant bias. See docs/decisions/0002-bias.md for the measured
+      effect.
 
 Use when
     the light is tiny or far away, or as the cheapest baseline.

@@ -4,21 +4,23 @@ Paper
     [Fernando2005]  Fernando, "Percentage-Closer Soft Shadows", SIGGRAPH 2005 sketches.
 
 Section map
-    [Fernando2005 §blocker search]        mean distance of texels nearer than the receiver   -> pcss.wgsl mean_blocker_share()
-    [Fernando2005 §penumbra estimation]   w (d_receiver - d_blocker) / d_blocker             -> pcss.wgsl penumbra_half_extent()
-    [Fernando2005 §filtering]             PCF as wide as the penumbra                        -> pcss.wgsl filter_shadow()
+    [Fernando2005 §blocker search]       mean distance of nearer texels             -> pcss.wgsl mean_blocker_share()
+    [Fernando2005 §penumbra estimation]  w (d_receiver - d_blocker) / d_blocker     -> pcss.wgsl penumbra_half_extent()
+    [Fernando2005 §filtering]            PCF as wide as the penumbra                -> pcss.wgsl filter_shadow()
 
 Departures from the paper
-    - Search and filter regions have the light's own shape and orientation, in metres, instead of a square in the map: rectangles
-      filter with rectangles, lines along the line.
-    - The near plane of the blocker search is the nearest occluder in the map, found on the GPU, instead of a chosen one.
+    - Search and filter regions have the light's own shape and orientation, in metres, instead of a square in the map:
+      rectangles filter with rectangles, lines along the line.
+    - The near plane of the blocker search is the nearest occluder in the map, found on the GPU, instead of a chosen
+      one.
     - Taps compare with the receiver's plane; the paper leaves bias open.
 
 Use when
     one shadow map must do, occluders are simple, and contact hardening matters more than correctness.
 Fails when
-    occluders at different heights overlap, for the mean mixes them (scene `figures`); when the light's centre does not see what its
-    border sees (papers.md O9, O10; scene `fence`). A near occluder anywhere in the map widens every search.
+    occluders at different heights overlap, for the mean mixes them (scene `figures`); when the light's centre does not
+    see what its border sees (papers.md O9, O10; scene `fence`). A near occluder anywhere in the map widens every
+    search.
 Inputs
     rectangle, disk and line lights.
 Cost

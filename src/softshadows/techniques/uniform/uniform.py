@@ -8,18 +8,19 @@ Section map
     [Schwaerzler2012 Eq. 2]   share of the visible samples   -> uniform.wgsl cs_visibility()
 
 Departures from the paper
-    - `weights="trapezoid"` is the default. On a grid that touches the light's border, the paper's equal weights count the border
-      twice as much as its area deserves: on a half plane parallel to the light the largest error is 1/17 with 17×17 samples,
-      and 1/32 with trapezoid weights. `weights="equal"` is the paper's.
-    - Shadow maps are fitted to what the camera sees and cut into cube faces, so that no receiver falls outside, and store
-      reciprocal depth; see docs/decisions/0001-shadow-maps.md. `resolution=512` gives the paper's map size.
+    - `weights="trapezoid"` is the default. On a grid that touches the light's border, the paper's equal weights count
+      the border twice as much as its area deserves: on a half plane parallel to the light the largest error is 1/17
+      with 17×17 samples, and 1/32 with trapezoid weights. `weights="equal"` is the paper's.
+    - Shadow maps are fitted to what the camera sees and cut into cube faces, so that no receiver falls outside, and
+      store reciprocal depth; see docs/decisions/0001-shadow-maps.md. `resolution=512` gives the paper's map size.
     - Samples below a receiver's horizon count as invisible.
 
 Use when
     you need a dependable soft shadow and time does not matter: the more samples, the closer to the truth.
 Fails when
-    the penumbra is wider on screen than twice the number of samples along the light in pixels: bands show (scene `blocker`, seen from near).
-    Occluders thinner than a texel of the shadow map break up (scene `fence` with a low `resolution`).
+    the penumbra is wider on screen than twice the number of samples along the light in pixels: bands show (scene
+    `blocker`, seen from near). Occluders thinner than a texel of the shadow map break up (scene `fence` with a low
+    `resolution`).
 Inputs
     rectangle, disk and line lights; lights without size take one sample.
 Cost
@@ -42,8 +43,8 @@ def grid_samples(light: Light, grid: int, weights: str, layout: str) -> Samples:
     """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
 
     `layout` corners puts the outer points on the light's border, centres into the middle of grid×grid cells. `weights`
-    trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has `grid`
-    points; a light without size, one.
+    trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has
+    `grid` points; a light without size, one.
     """
     a, b = light.half_extent
     if layout == "corners" and grid > 1:
@@ -65,7 +66,7 @@ def grid_samples(light: Light, grid: int, weights: str, layout: str) -> Samples:
 
 
 class Uniform(Technique):
-    """Average of grid×grid hard shadows; 17 gives the paper's 289 maps. Options are validated; see the module for the manual."""
+    """Average of grid×grid hard shadows; 17 gives the paper's 289 maps. The module's text is its manual."""
 
     name: ClassVar[str] = "uniform"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS

@@ -14,8 +14,8 @@ Departures from the paper
 Use when
     a cheap, smooth, prefiltered edge is wanted over a single receiver.
 Fails when
-    occluders overlap: the bound is not tight and light bleeds into the umbra (scene `sphere_cube`). Its penumbra has the filter's width,
-    whatever the light's size.
+    occluders overlap: the bound is not tight and light bleeds into the umbra (scene `sphere_cube`). Its penumbra has
+    the filter's width, whatever the light's size.
 Inputs
     any light, taken as its centre.
 Cost
