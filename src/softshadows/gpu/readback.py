@@ -105,7 +105,7 @@ class Readback:
         assert self._staging is not None, "encode() comes before read()"
         self._staging.map_sync(wgpu.MapMode.READ)
         try:
-            data = np.frombuffer(self._staging.read_mapped(copy=False), np.uint8)
+            data = np.asarray(self._staging.read_mapped(copy=False)).view(np.uint8)
             word = int(data[self._size : self._size + 4].view(np.uint32)[0])
             if word != self._frame:
                 raise DeviceError(

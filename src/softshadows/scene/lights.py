@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
+import numpy.typing as npt
 
 from softshadows.errors import SceneError
 from softshadows.scene.vectors import Array, Vector, look_at, number, vector
@@ -331,7 +332,7 @@ class DirectionalLight(Light):
         return self.irradiance
 
 
-def facing(light: Light, position: Array, normal: Array) -> np.ndarray:
+def facing(light: Light, position: npt.NDArray[np.floating], normal: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
     """True where the whole light lies in front of the receiver's plane, and the receiver in front of a one-sided light.
 
     `position` and geometric `normal` are (..., 3), world space; returns (...) bool. Elsewhere darkness is the shading's

@@ -38,8 +38,8 @@ fn is_covered(view_index: u32, point: vec3f) -> bool {
     return is_before && all(texel >= vec2f(0.0)) && all(texel < vec2f(view.size));
 }
 
-// The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the receiver's own
-// point, or one beside it that a filter wants to know about.
+// The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the
+// receiver's own point, or one beside it that a filter wants to know about.
 fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> Sight {
     let sample_ls = vec3f(light_samples[sample_index].xy, 0.0);
     let along = through - sample_ls;
@@ -77,7 +77,8 @@ const CURVATURE_BIAS_TEXELS = 0.5;
 const FLOAT_BIAS = 2e-6;  // of the closeness
 const CREASE_TEXELS = 8.0;
 
-// By how much the occluder in a texel is closer than the receiver, in texels at the receiver; 0 or less where it is not an occluder.
+// By how much the occluder in a texel is closer than the receiver, in texels at the receiver; 0 or less where it is not
+// an occluder.
 //
 // The stored closeness belongs to the ray through the texel's centre, so it is compared with the receiver's plane on that
 // same ray: a plane never shadows itself, however steep, and the only bias left is for rounding and curvature.
@@ -112,8 +113,8 @@ fn stored_slope(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
     return select(after, before, abs(before) < abs(after));
 }
 
-// In a concave crease the texel's centre may lie on the neighbouring surface, just before the receiver's plane, though the receiver
-// itself is free. The occluder's own plane tells: where it passes behind the receiver, it does not shadow it.
+// In a concave crease the texel's centre may lie on the neighbouring surface, just before the receiver's plane, though the
+// receiver itself is free. The occluder's own plane tells: where it passes behind the receiver, it does not shadow it.
 fn occluder_plane_is_behind(sight: Sight, texel: vec2u) -> bool {
     let view = shadow_views[sight.view];
     let offset = (sight.position - view.window_low) * view.texels_per_unit - (vec2f(texel) + 0.5);

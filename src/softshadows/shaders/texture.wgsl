@@ -75,7 +75,8 @@ fn sample_texture(record_index: i32, texcoords: vec4f, texcoords_dx: vec4f, texc
     let level = clamp(log2(max(max(extent_x, extent_y), 1e-6)), 0.0, f32(record.levels - 1u));
     let fine = u32(level);
     let coarse = min(fine + 1u, record.levels - 1u);
-    return mix(sample_texture_level(record, uv, fine, is_color), sample_texture_level(record, uv, coarse, is_color), fract(level));
+    let sharp = sample_texture_level(record, uv, fine, is_color);
+    return mix(sharp, sample_texture_level(record, uv, coarse, is_color), fract(level));
 }
 
 // Alpha of a masked triangle's point, at level 0: what the alpha cutoff is compared with, for the camera, the shadow maps and

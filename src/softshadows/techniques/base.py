@@ -22,9 +22,9 @@ from softshadows.scene.lights import Light
 
 
 def option(
+    *,
     default: Any,
     help: str,
-    *,
     choices: Sequence[Any] = (),
     low: float = -math.inf,
     high: float = math.inf,

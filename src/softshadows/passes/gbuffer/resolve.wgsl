@@ -93,7 +93,8 @@ fn cs_resolve(@builtin(global_invocation_id) id: vec3u) {
     }
     var roughness_metallic = vec2f(material.roughness, material.metallic);
     if material.metallic_roughness_texture >= 0 {
-        roughness_metallic *= sample_texture(material.metallic_roughness_texture, texcoords, texcoords_dx, texcoords_dy, false).gb;
+        roughness_metallic *=
+            sample_texture(material.metallic_roughness_texture, texcoords, texcoords_dx, texcoords_dy, false).gb;
     }
     var emission = material.emission;
     if material.emission_texture >= 0 {

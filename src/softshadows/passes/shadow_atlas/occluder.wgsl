@@ -25,7 +25,8 @@ fn project(position_ws: vec3f, view_index: u32) -> Projection {
     let room = vec2f(view.size) * w - texel;
     let ndc = (texel + vec2f(view.origin) * w) * (2.0 / f32(light.atlas_size));  // from the atlas's low corner, times w
     let closeness_w = select(1.0, closeness_of(light, point.z), is_directional);
-    return Projection(vec4f(ndc.x - w, w - ndc.y, closeness_w * light.depth_scale, w), array<f32, 4>(texel.x, texel.y, room.x, room.y));
+    let clip = vec4f(ndc.x - w, w - ndc.y, closeness_w * light.depth_scale, w);
+    return Projection(clip, array<f32, 4>(texel.x, texel.y, room.x, room.y));
 }
 
 // The view that an instance of the chunk's draw stands for.

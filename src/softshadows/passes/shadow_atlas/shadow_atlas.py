@@ -225,7 +225,7 @@ class ShadowAtlas:
         uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
 
         def bind(
-            resources: list[tuple[object, dict]], visibility: int
+            resources: Sequence[tuple[object, dict]], visibility: int
         ) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
             layouts, entries = [], []
             for binding, (resource, kind) in enumerate(resources):

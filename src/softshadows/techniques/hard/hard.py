@@ -37,8 +37,10 @@ class Hard(Technique):
     name: ClassVar[str] = "hard"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
-    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
-    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    resolution: int | str = option(
+        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
 
     def build(self, context: RenderContext) -> TechniquePass:
         return SampledPass(

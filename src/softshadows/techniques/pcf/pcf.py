@@ -36,11 +36,13 @@ class Pcf(Technique):
     name: ClassVar[str] = "pcf"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
-    kernel: int = option(4, "taps along each side of the kernel", low=1, high=32)
-    spread: float = option(1.0, "texels between taps", low=0.0, high=64.0)
-    pattern: str = option("grid", "a square grid, or as many taps in a Poisson disk", choices=PATTERNS)
-    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
-    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    kernel: int = option(default=4, help="taps along each side of the kernel", low=1, high=32)
+    spread: float = option(default=1.0, help="texels between taps", low=0.0, high=64.0)
+    pattern: str = option(default="grid", help="a square grid, or as many taps in a Poisson disk", choices=PATTERNS)
+    resolution: int | str = option(
+        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
 
     def build(self, context: RenderContext) -> TechniquePass:
         count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0

@@ -50,11 +50,13 @@ class Pcss(Technique):
     name: ClassVar[str] = "pcss"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "disk", "line"})
 
-    blocker_samples: int = option(64, "taps of the blocker search", low=1, high=1024)
-    filter_samples: int = option(64, "taps of the filter", low=1, high=1024)
-    pattern: str = option("grid", "a grid with the light's shape, or a Poisson disk", choices=PATTERNS)
-    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=16384, or_word="auto")
-    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    blocker_samples: int = option(default=64, help="taps of the blocker search", low=1, high=1024)
+    filter_samples: int = option(default=64, help="taps of the filter", low=1, high=1024)
+    pattern: str = option(default="grid", help="a grid with the light's shape, or a Poisson disk", choices=PATTERNS)
+    resolution: int | str = option(
+        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
 
     @classmethod
     def preset(cls, name: str) -> Pcss:

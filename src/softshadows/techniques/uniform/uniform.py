@@ -71,14 +71,22 @@ class Uniform(Technique):
     name: ClassVar[str] = "uniform"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
-    grid: int = option(17, "light samples along each side of the light", low=1, high=64)
-    weights: str = option("trapezoid", "how samples are weighted; equal is the paper's", choices=("trapezoid", "equal"))
-    layout: str = option(
-        "corners", "samples on the light's border, or in the middle of cells", choices=("corners", "centres")
+    grid: int = option(default=17, help="light samples along each side of the light", low=1, high=64)
+    weights: str = option(
+        default="trapezoid", help="how samples are weighted; equal is the paper's", choices=("trapezoid", "equal")
     )
-    resolution: int | str = option("auto", "texels along a shadow map's side", low=16, high=16384, or_word="auto")
-    bias_scale: float = option(1.0, "factor on the automatic bias, for experts", low=0.0, high=1000.0)
-    memory_budget: int = option(DEFAULT_MEMORY_BUDGET, "MiB for the maps drawn at one time", low=1, high=65536)
+    layout: str = option(
+        default="corners",
+        help="samples on the light's border, or in the middle of cells",
+        choices=("corners", "centres"),
+    )
+    resolution: int | str = option(
+        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    memory_budget: int = option(
+        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
+    )
 
     def build(self, context: RenderContext) -> TechniquePass:
         return SampledPass(

@@ -44,9 +44,13 @@ class Vsm(Technique):
     name: ClassVar[str] = "vsm"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
-    kernel: int = option(5, "texels along each side of the box filter; even numbers round up", low=1, high=63)
-    light_bleed_reduction: float = option(0.2, "share of the bound's tail that is cut", low=0.0, high=0.95)
-    resolution: int | str = option(1024, "texels along the shadow map's side", low=16, high=8192, or_word="auto")
+    kernel: int = option(
+        default=5, help="texels along each side of the box filter; even numbers round up", low=1, high=63
+    )
+    light_bleed_reduction: float = option(default=0.2, help="share of the bound's tail that is cut", low=0.0, high=0.95)
+    resolution: int | str = option(
+        default=1024, help="texels along the shadow map's side", low=16, high=8192, or_word="auto"
+    )
 
     def build(self, context: RenderContext) -> TechniquePass:
         return _VsmPass(context, self)
@@ -75,7 +79,7 @@ class _VsmPass(SampledPass):
         )
 
     def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
-        groups = (-(-atlas.plan.atlas_size // 8),) * 2
-        self._dispatch(commands, atlas, chunk, "cs_filter_rows", "moments", groups)
-        self._dispatch(commands, atlas, chunk, "cs_filter_columns", "moments", groups)
+        groups = -(-atlas.plan.atlas_size // 8)
+        self._dispatch(commands, atlas, chunk, "cs_filter_rows", "moments", (groups, groups))
+        self._dispatch(commands, atlas, chunk, "cs_filter_columns", "moments", (groups, groups))
         super()._encode_lookups(commands, atlas, chunk)
