@@ -1,11 +1,13 @@
 """Soft shadows from area and linear lights, in real time, on WebGPU, measured against ray-traced truth.
 
-import softshadows as ss
+In a program:
 
-scene = ss.load_scene("model.glb")
-scene.lights = [ss.RectLight(position=(0, 4, 0), target=(0, 0, 0), width=1, height=1, radiance=(10, 10, 10))]
-frame = ss.render(scene, ss.Camera(position=(3, 2, 3), target=(0, 0, 0)), technique="uniform")
-frame.save("picture.png")
+    import softshadows as ss
+
+    scene = ss.load_scene("model.glb")
+    scene.lights = [ss.RectLight(position=(0, 4, 0), target=(0, 0, 0), width=1, height=1, radiance=(10, 10, 10))]
+    frame = ss.render(scene, ss.Camera(position=(3, 2, 3), target=(0, 0, 0)), technique="uniform")
+    frame.save("picture.png")
 """
 
 from importlib import import_module

@@ -1,9 +1,11 @@
 """One declaration for a struct on both sides: a dataclass becomes a WGSL struct and the numpy dtype of the same bytes.
 
-class Light(Struct):                        struct Light {
-    position_ws: Vec3f              ->          position_ws: vec3f,
-    kind: U32                                   kind: u32,
-                                            };
+For example:
+
+    class Light(Struct):                        struct Light {
+        position_ws: Vec3f              ->          position_ws: vec3f,
+        kind: U32                                   kind: u32,
+                                                };
 """
 
 from __future__ import annotations
