@@ -13,6 +13,9 @@ from softshadows.scene.model import Material, Node, Scene
 
 Floats = npt.NDArray[np.float32]
 
+_CHUNK = 1 << 15
+"""Triangles or vertices worked on at one time, so that the intermediate numbers stay in the processor's cache."""
+
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
@@ -114,13 +117,29 @@ def _world_normals(normals: Floats | None, linear: np.ndarray, count: int) -> Fl
     cofactor = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)  # inverse transpose × determinant
     if np.linalg.det(linear) < 0.0:
         cofactor = -cofactor
-    world = normals.astype(np.float64) @ cofactor.T
-    length = np.linalg.norm(world, axis=1, keepdims=True)
-    return np.divide(world, length, out=np.zeros_like(world), where=length > 0.0).astype(np.float32)
+    result = np.empty((count, 3), np.float32)
+    for start in range(0, count, _CHUNK):
+        x, y, z = cofactor @ normals[start : start + _CHUNK].astype(np.float64).T
+        _write_unit(result[start : start + _CHUNK], x, y, z)
+    return result
 
 
 def _face_normals(positions: Floats, triangles: npt.NDArray[np.uint32]) -> Floats:
-    corner = positions.astype(np.float64)[triangles]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
-    length = np.linalg.norm(normal, axis=1, keepdims=True)
-    return np.divide(normal, length, out=np.zeros_like(normal), where=length > 0.0).astype(np.float32)
+    """Unit normals of (t, 3) triangles by winding, from cross products in float64; zero for degenerate ones."""
+    result = np.empty((len(triangles), 3), np.float32)
+    columns = [np.ascontiguousarray(positions[:, axis]) for axis in range(3)]
+    for start in range(0, len(triangles), _CHUNK):
+        a, b, c = triangles[start : start + _CHUNK].T
+        origin = [column[a].astype(np.float64) for column in columns]
+        ux, uy, uz = (column[b] - base for column, base in zip(columns, origin, strict=True))
+        vx, vy, vz = (column[c] - base for column, base in zip(columns, origin, strict=True))
+        _write_unit(result[start : start + _CHUNK], uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
+    return result
+
+
+def _write_unit(out: Floats, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> None:
+    """Write the unit vectors along (x, y, z), float64, to `out` (n, 3); zero where they have no length."""
+    length = np.sqrt(x * x + y * y + z * z)
+    length[length == 0.0] = 1.0
+    for axis, component in enumerate((x, y, z)):
+        out[:, axis] = component / length
