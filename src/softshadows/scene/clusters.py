@@ -10,6 +10,10 @@ from softshadows.scene.geometry import Geometry
 MOST_CLUSTERS = 512
 TRIANGLES_PER_CLUSTER = 64
 _GRID = 1024  # cells along each axis of the space-filling curve
+_SPREAD = ((16, 0x30000FF), (8, 0x300F00F), (4, 0x30C30C3), (2, 0x9249249))
+_CHUNK = 1 << 15  # triangles worked on at one time, so that the numbers stay in the processor's cache
+
+Floats = npt.NDArray[np.float32]
 
 
 def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[np.float32]:
@@ -22,33 +26,45 @@ def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[
     triangle_count = len(geometry.triangles)
     if triangle_count == 0:
         return np.zeros((0, 2, 3), np.float32)
-    corners = geometry.positions[geometry.triangles]
+    low, high, middle = _triangle_boxes(geometry)
     counts = np.diff(geometry.node_starts)
     per_cluster = max(TRIANGLES_PER_CLUSTER, triangle_count / max(most - len(counts), most // 2))
-    order, starts = [], []
-    for first, count in zip(geometry.node_starts[:-1], counts, strict=True):
-        node = np.arange(first, first + count)
+    order, starts = np.arange(triangle_count), []
+    for begin, count in zip(geometry.node_starts[:-1], counts, strict=True):
         pieces = max(int(count / per_cluster), 1)
         if pieces > 1:
-            node = node[np.argsort(_morton(corners[node].mean(axis=1)), kind="stable")]
-        order.append(node)
-        starts.append(first + np.arange(pieces) * count // pieces)
-    sorted_corners = corners[np.concatenate(order)]
+            order[begin : begin + count] = begin + _along_curve(middle[:, begin : begin + count])
+        starts.append(begin + np.arange(pieces) * count // pieces)
     first = np.concatenate(starts)
-    low = np.minimum.reduceat(sorted_corners.min(axis=1), first, axis=0)
-    high = np.maximum.reduceat(sorted_corners.max(axis=1), first, axis=0)
+    low = np.stack([np.minimum.reduceat(axis.take(order), first) for axis in low], axis=1)
+    high = np.stack([np.maximum.reduceat(axis.take(order), first) for axis in high], axis=1)
     while len(low) > most:  # pair up neighbours
         pairs = np.arange(0, len(low), 2)
         low, high = np.minimum.reduceat(low, pairs, axis=0), np.maximum.reduceat(high, pairs, axis=0)
     return np.stack([low, high], axis=1)
 
 
-def _morton(points: npt.NDArray[np.floating]) -> npt.NDArray[np.uint64]:
-    """Codes that put (n, 3) points in the order of a Z-shaped space-filling curve."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    cells = ((points - low) / np.maximum(high - low, 1e-30) * (_GRID - 1)).astype(np.uint64)
-    code = np.zeros(len(points), np.uint64)
-    for bit in range(10):
-        for axis in range(3):
-            code |= ((cells[:, axis] >> np.uint64(bit)) & np.uint64(1)) << np.uint64(3 * bit + axis)
-    return code
+def _triangle_boxes(geometry: Geometry) -> tuple[Floats, Floats, Floats]:
+    """Low corners, high corners and centres of all triangles, (3, t) float32 each: rows x, y, z."""
+    low, high, middle = (np.empty((3, len(geometry.triangles)), np.float32) for _ in range(3))
+    for start in range(0, len(geometry.triangles), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        corners = geometry.positions.take(geometry.triangles[part].astype(np.intp), axis=0)
+        a, b, c = np.ascontiguousarray(corners.transpose(1, 2, 0))
+        low[:, part] = np.minimum(np.minimum(a, b), c)
+        high[:, part] = np.maximum(np.maximum(a, b), c)
+        middle[:, part] = (a + b + c) / np.float32(3.0)
+    return low, high, middle
+
+
+def _along_curve(points: Floats) -> npt.NDArray[np.intp]:
+    """The order of (3, n) points along a Z-shaped space-filling curve; equals stay in their order."""
+    low, high = points.min(axis=1, keepdims=True), points.max(axis=1, keepdims=True)
+    cells = ((points - low) / np.maximum(high - low, np.float32(1e-30)) * np.float32(_GRID - 1)).astype(np.uint64)
+    for shift, mask in _SPREAD:  # two empty bits after each bit
+        cells = (cells | cells << np.uint64(shift)) & np.uint64(mask)
+    x, y, z = cells
+    code = x | y << np.uint64(1) | z << np.uint64(2)
+    # Sorting codes with their places in the low bits is several times faster than a stable argsort.
+    places = np.arange(points.shape[1], dtype=np.uint64)
+    return (np.sort(code << np.uint64(32) | places) & np.uint64(0xFFFFFFFF)).astype(np.intp)

@@ -58,81 +58,85 @@ def flatten(scene: Scene) -> Geometry:
     materials = list({id(node.mesh.material): node.mesh.material for node in nodes}.values())
     index_of = {id(material): index for index, material in enumerate(materials)}
 
-    positions, triangles, normals, texcoords, colors, material_index = [], [], [], [], [], []
-    vertex_base = opaque_count = 0
+    vertex_count = sum(len(node.mesh.positions) for node in nodes)
+    triangle_count = sum(len(node.mesh.triangles) for node in nodes)
+    positions = np.empty((vertex_count, 3), np.float32)
+    normals, texcoords = np.zeros((vertex_count, 3), np.float32), np.zeros((vertex_count, 4), np.float32)
+    colors = np.ones((vertex_count, 4), np.float32)
+    triangles = np.empty((triangle_count, 3), np.uint32)
+    material_index = np.empty(triangle_count, np.uint32)
+
+    vertex_base = triangle_base = opaque_count = 0
     for node in nodes:
-        mesh, count = node.mesh, len(node.mesh.positions)
-        world, linear = _world_positions(node)
-        corners = mesh.triangles + np.uint32(vertex_base)
+        mesh, linear = node.mesh, _transform(node)[:3, :3]
+        vertices = slice(vertex_base, vertex_base + len(mesh.positions))
+        faces = slice(triangle_base, triangle_base + len(mesh.triangles))
+        _write_world_positions(positions[vertices], node)
+        if mesh.normals is not None:
+            _write_world_normals(normals[vertices], mesh.normals, linear)
+        if mesh.texcoords is not None:
+            texcoords[vertices, :2], texcoords[vertices, 2:] = mesh.texcoords
+        if mesh.colors is not None:
+            colors[vertices] = mesh.colors
         mirrored = np.linalg.det(linear) < 0.0
-        positions.append(world)
-        triangles.append(corners[:, ::-1] if mirrored else corners)  # keeps the front in front
-        normals.append(_world_normals(mesh.normals, linear, count))
-        texcoords.append(
-            np.zeros((count, 4), np.float32) if mesh.texcoords is None else np.hstack(list(mesh.texcoords))
-        )
-        colors.append(np.ones((count, 4), np.float32) if mesh.colors is None else mesh.colors)
-        material_index.append(np.full(len(mesh.triangles), index_of[id(mesh.material)], np.uint32))
-        vertex_base += count
+        corners = mesh.triangles[:, ::-1] if mirrored else mesh.triangles  # keeps the front in front
+        np.add(corners, np.uint32(vertex_base), out=triangles[faces])
+        material_index[faces] = index_of[id(mesh.material)]
+        vertex_base, triangle_base = vertices.stop, faces.stop
         if mesh.material.alpha_cutoff is None:
-            opaque_count += len(mesh.triangles)
+            opaque_count = triangle_base
 
-    def join(parts: list, width: int, dtype: type) -> np.ndarray:
-        return np.ascontiguousarray(np.concatenate(parts), dtype) if parts else np.zeros((0, width), dtype)
-
-    all_positions, all_triangles = join(positions, 3, np.float32), join(triangles, 3, np.uint32)
     return Geometry(
-        positions=all_positions,
-        triangles=all_triangles,
-        normals=join(normals, 3, np.float32),
-        texcoords=join(texcoords, 4, np.float32),
-        colors=join(colors, 4, np.float32),
-        face_normals=_face_normals(all_positions, all_triangles),
-        material_index=join(material_index, 1, np.uint32).reshape(-1),
+        positions=positions,
+        triangles=triangles,
+        normals=normals,
+        texcoords=texcoords,
+        colors=colors,
+        face_normals=_face_normals(positions, triangles),
+        material_index=material_index,
         materials=materials,
         opaque_count=opaque_count,
         node_starts=np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)]),
     )
 
 
-def _world_positions(node: Node) -> tuple[Floats, np.ndarray]:
+def _transform(node: Node) -> npt.NDArray[np.float64]:
     transform = np.asarray(node.transform, np.float64)
     if transform.shape != (4, 4) or not np.isfinite(transform).all():
         raise SceneError(f"node {node.name!r}: transform must be a finite (4, 4) matrix", code="NODE_MATRIX_INVALID")
-    linear = transform[:3, :3]
-    with np.errstate(over="ignore"):
-        world = (node.mesh.positions.astype(np.float64) @ linear.T + transform[:3, 3]).astype(np.float32)
-    if len(world) and not (np.abs(world).max() <= 1e12):
-        raise SceneError(
-            f"node {node.name!r}: world positions must be finite and at most 1e12 metres in size",
-            code="ACCESSOR_INVALID_FLOAT",
-        )
-    return world, linear
+    return transform
 
 
-def _world_normals(normals: Floats | None, linear: np.ndarray, count: int) -> Floats:
-    if normals is None:
-        return np.zeros((count, 3), np.float32)
+def _write_world_positions(out: Floats, node: Node) -> None:
+    transform = _transform(node)
+    for start in range(0, len(out), _CHUNK):
+        part = slice(start, start + _CHUNK)
+        with np.errstate(over="ignore"):
+            out[part] = node.mesh.positions[part].astype(np.float64) @ transform[:3, :3].T + transform[:3, 3]
+        if not np.abs(out[part]).max() <= 1e12:
+            raise SceneError(
+                f"node {node.name!r}: world positions must be finite and at most 1e12 metres in size",
+                code="ACCESSOR_INVALID_FLOAT",
+            )
+
+
+def _write_world_normals(out: Floats, normals: Floats, linear: np.ndarray) -> None:
     a, b, c = linear.T
     cofactor = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)  # inverse transpose × determinant
     if np.linalg.det(linear) < 0.0:
         cofactor = -cofactor
-    result = np.empty((count, 3), np.float32)
-    for start in range(0, count, _CHUNK):
-        x, y, z = cofactor @ normals[start : start + _CHUNK].astype(np.float64).T
-        _write_unit(result[start : start + _CHUNK], x, y, z)
-    return result
+    for start in range(0, len(out), _CHUNK):
+        x, y, z = cofactor @ normals[start : start + _CHUNK].T.astype(np.float64, order="C")
+        _write_unit(out[start : start + _CHUNK], x, y, z)
 
 
 def _face_normals(positions: Floats, triangles: npt.NDArray[np.uint32]) -> Floats:
     """Unit normals of (t, 3) triangles by winding, from cross products in float64; zero for degenerate ones."""
     result = np.empty((len(triangles), 3), np.float32)
-    columns = [np.ascontiguousarray(positions[:, axis]) for axis in range(3)]
     for start in range(0, len(triangles), _CHUNK):
-        a, b, c = triangles[start : start + _CHUNK].T
-        origin = [column[a].astype(np.float64) for column in columns]
-        ux, uy, uz = (column[b] - base for column, base in zip(columns, origin, strict=True))
-        vx, vy, vz = (column[c] - base for column, base in zip(columns, origin, strict=True))
+        corners = positions.take(triangles[start : start + _CHUNK].astype(np.intp), axis=0)
+        a, b, c = corners.transpose(1, 2, 0).astype(np.float64, order="C")  # rows x, y, z of each corner
+        (ux, uy, uz), (vx, vy, vz) = b - a, c - a
         _write_unit(result[start : start + _CHUNK], uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx)
     return result
 
