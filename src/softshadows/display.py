@@ -3,7 +3,7 @@
 The curve is Stephen Hill's fit of the ACES reference rendering and output transforms for sRGB displays (ACES.hlsl of
 Pettineo's BakingLab, MIT licence). Exposure comes first: `exposure` in stops, or automatic, which brings the
 log-average luminance of what is lit to mid-grey (Reinhard et al., "Photographic Tone Reproduction for Digital Images",
-SIGGRAPH 2002). The result depends on nothing but the arguments.
+SIGGRAPH 2002), unless that would bleach a good part of them. The result depends on nothing but the arguments.
 """
 
 from __future__ import annotations
@@ -23,6 +23,11 @@ BRIGHT_PERCENTILE = 99.0
 DARKEST_STOPS = 8.0
 """What counts for automatic exposure: pixels at most 8 stops darker than the 99th percentile of the lit ones, about
 what a display can show, so that an umbra of almost nothing does not brighten the whole picture."""
+
+PAPER_PERCENTILE = 90.0
+PAPER_WHITE = 1.0
+"""Automatic exposure brings at most a tenth of what is lit above the luminance of white paper under mid-grey's light,
+so that a bright floor beside much dim wall keeps its texture."""
 
 MAX_STOPS = 64.0
 
@@ -53,14 +58,19 @@ def display(radiance: npt.NDArray[np.floating], *, exposure: float | None = None
 
 
 def automatic_exposure(radiance: npt.NDArray[np.floating]) -> float:
-    """Stops that bring the log-average luminance of what is lit to mid-grey; 0 for a black picture. Takes (..., 3)."""
+    """Stops that bring the log-average luminance of what is lit to mid-grey, fewer where much of it would be bleached.
+
+    Takes (..., 3); 0 for a black picture.
+    """
     luminance = np.asarray(radiance, np.float64) @ LUMINANCE
     luminance = luminance[np.isfinite(luminance) & (luminance > 0.0)]
     if not luminance.size:
         return 0.0
     stops = np.log2(luminance)
     counted = stops[stops >= np.percentile(stops, BRIGHT_PERCENTILE) - DARKEST_STOPS]
-    return float(np.clip(np.log2(MID_GREY) - counted.mean(), -MAX_STOPS, MAX_STOPS))
+    wanted = np.log2(MID_GREY) - counted.mean()
+    most = np.log2(PAPER_WHITE) - np.percentile(counted, PAPER_PERCENTILE)
+    return float(np.clip(min(wanted, most), -MAX_STOPS, MAX_STOPS))
 
 
 def film_curve(color: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:

@@ -6,6 +6,7 @@ import numpy as np
 
 from softshadows.errors import SceneError
 from softshadows.scene.camera import Camera
+from softshadows.scene.geometry import Geometry, flatten
 from softshadows.scene.lights import RectLight
 from softshadows.scene.model import Scene
 from softshadows.scene.vectors import VectorLike
@@ -15,6 +16,9 @@ WELL_LIT = 4.0
 
 VIEW = np.array([0.62, 0.42, 0.66])
 """From the scene's centre to the default camera: three quarters from the right, a little above."""
+
+LAMP_DEPTH = 0.75
+"""Where the default light of a closed room hangs, as a share of the way from the camera to what it looks at."""
 
 LIGHT = np.array([0.35, 0.85, 0.25])
 """From the scene's centre to the default light: high, on the camera's right."""
@@ -32,19 +36,21 @@ def complete(scene: Scene, *, aspect: float = 4.0 / 3.0) -> list[str]:
         if not scene.cameras:
             notes.append("no camera given: using a three-quarter view of the whole scene (set one with --camera)")
     if not scene.lights:
-        scene.lights = [framing_light(scene)]
-        notes.append("no light given: using a square area light above the scene (set one with --light)")
+        lamp = ceiling_light(scene, scene.camera)
+        scene.lights = [lamp or framing_light(scene)]
+        where = "below the ceiling" if lamp else "above the scene"
+        notes.append(f"no light given: using a square area light {where} (set one with --light)")
     return notes
 
 
 def framing_camera(scene: Scene, *, aspect: float = 4.0 / 3.0, vertical_fov: float = 40.0) -> Camera:
-    """A three-quarter view that holds the scene's bounding box, with a small margin."""
-    center, corners, diagonal = _box(scene)
+    """A three-quarter view that holds all of the scene but its ground, with a small margin."""
+    center, points, diagonal = _box(scene)
     camera = Camera(tuple(center + VIEW * diagonal), tuple(center), vertical_fov)
     right, up, back = camera.axes
-    offset = corners - center
+    offset = points - center
     tangent = np.tan(np.radians(vertical_fov) / 2.0) * 0.92  # the margin
-    # A corner is in view from distance d along `back` where |sideways| ≤ tangent · (d − nearness).
+    # A point is in view from distance d along `back` where |sideways| ≤ tangent · (d − nearness).
     needed_up = np.abs(offset @ up) / tangent + offset @ back
     needed_right = np.abs(offset @ right) / (tangent * aspect) + offset @ back
     distance = max(needed_up.max(), needed_right.max())
@@ -56,6 +62,36 @@ def framing_light(scene: Scene) -> RectLight:
     center, _, diagonal = _box(scene)
     position = center + LIGHT / np.linalg.norm(LIGHT) * 1.5 * diagonal
     return rect_light(position, center, 0.4 * diagonal, 0.4 * diagonal)
+
+
+def ceiling_light(scene: Scene, camera: Camera) -> RectLight | None:
+    """A square light just below the ceiling, between `camera` and what it looks at; None where the view has no ceiling.
+
+    It lights the floor below it well. A light above the scene would leave a closed room black.
+    """
+    geometry = flatten(scene)
+    position, back = np.array(camera.position), camera.axes[2]
+    depth = _distance(geometry, position, -back)
+    if not np.isfinite(depth):
+        return None
+    below, up = position - back * depth * LAMP_DEPTH, np.array([0.0, 1.0, 0.0])
+    ceiling, floor = _distance(geometry, below, up), _distance(geometry, below, -up)
+    if not np.isfinite(ceiling + floor):
+        return None
+    side = 0.25 * (ceiling + floor)
+    return rect_light(below + up * 0.9 * ceiling, below - up * floor, side, side)
+
+
+def _distance(geometry: Geometry, start: np.ndarray, direction: np.ndarray) -> float:
+    """From `start` to the first opaque triangle along the unit `direction`, metres; inf where there is none."""
+    a, b, c = (geometry.positions[corner] - start for corner in geometry.triangles[: geometry.opaque_count].T)
+    # The ray passes inside where it turns the same way about all three edges.
+    volumes = np.stack([np.cross(one, other) @ direction for one, other in ((b, c), (c, a), (a, b))])
+    total = volumes.sum(axis=0)
+    inside = ((volumes >= 0.0).all(axis=0) | (volumes <= 0.0).all(axis=0)) & (total != 0.0)
+    weights = volumes[:, inside] / total[inside]
+    along = np.einsum("kn,nk->n", weights, np.stack([corner[inside] @ direction for corner in (a, b, c)], axis=1))
+    return float(along[along > 0.0].min(initial=np.inf))
 
 
 def rect_light(
@@ -73,11 +109,12 @@ def _triple(value: VectorLike) -> tuple[float, float, float]:
 
 
 def _box(scene: Scene) -> tuple[np.ndarray, np.ndarray, float]:
-    """Centre (3,), corners (8, 3) and diagonal of the box around what is to be framed: all but a ground plane."""
-    without_ground = Scene([node for node in scene.nodes if node.name != "ground"] or scene.nodes)
-    low, high = without_ground.bounds().astype(np.float64)
-    corners = np.array(np.meshgrid(*zip(low, high, strict=True))).reshape(3, -1).T
+    """Middle and diagonal of the box around what is to be framed, all but a ground plane, and its vertices (n, 3)."""
+    points = flatten(Scene([node for node in scene.nodes if node.name != "ground"] or scene.nodes)).positions
+    if not len(points):
+        raise SceneError("the scene has no vertices: give a camera and a light", code="SCENE_EMPTY")
+    low, high = points.min(axis=0).astype(np.float64), points.max(axis=0).astype(np.float64)
     diagonal = float(np.linalg.norm(high - low))
     if not diagonal > 0.0:
         raise SceneError("the scene is a single point: give a camera and a light", code="SCENE_EMPTY")
-    return (low + high) / 2.0, corners, diagonal
+    return (low + high) / 2.0, points.astype(np.float64), diagonal
