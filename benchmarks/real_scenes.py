@@ -1,6 +1,6 @@
 """Render every model and shot of a folder with several techniques: a table, and one sheet of all pictures to look at.
 
-    SOFTSHADOWS_SCENES=path/to/scenes python benchmarks/real_scenes.py [--out real_scenes] [--size 480x360]
+    SOFTSHADOWS_SCENES=path/to/scenes python benchmarks/real_scenes.py [--out report/real_scenes] [--size 480x360]
 
 The folder holds model files (glTF 2.0, GLB, OBJ, PLY, STL) at most one folder down, and shots (TOML) beside them or in
 folders of their own; `--only TEXT` keeps those whose path contains TEXT. A model without a camera or a light is given
@@ -117,7 +117,7 @@ def table(rows: Sequence[Row]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Render every model and shot of the folder SOFTSHADOWS_SCENES.")
-    parser.add_argument("--out", type=Path, default=Path("real_scenes"), help="folder for sheet.png and table.txt")
+    parser.add_argument("--out", type=Path, default=Path("report/real_scenes"), help="folder for sheet.png and table.txt")
     parser.add_argument("--size", default="480x360", help="WIDTHxHEIGHT of each picture")
     parser.add_argument("--techniques", default=TECHNIQUES, help="as of `softshadows compare`")
     parser.add_argument("--truth", type=int, default=0, metavar="N", help="compare with N rays per pixel")
