@@ -19,14 +19,14 @@ struct MaskedOccluder {
 
 @vertex
 fn vs_opaque(@location(0) position_ws: vec3f, @builtin(instance_index) instance: u32) -> Occluder {
-    let projection = project(position_ws, view_of_instance(instance));
+    let projection = project(position_ws, instance);
     return Occluder(projection.position_cs, projection.inside);
 }
 
 @vertex
 fn vs_masked(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> MaskedOccluder {
     let vertex = triangle_indices[index];
-    let projection = project(vertex_position_ws(vertex), view_of_instance(instance));
+    let projection = project(vertex_position_ws(vertex), instance);
     return MaskedOccluder(
         projection.position_cs,
         projection.inside,

@@ -4,36 +4,36 @@
 
 struct Occluder {
     @builtin(position) position_cs: vec4f,
-    @location(0) @interpolate(flat) view: u32,
+    @location(0) @interpolate(flat) edges: vec4f,  // of the view, in texels
 };
 
 struct MaskedOccluder {
     @builtin(position) position_cs: vec4f,
-    @location(0) @interpolate(flat) view: u32,
+    @location(0) @interpolate(flat) edges: vec4f,  // of the view, in texels
     @location(1) @interpolate(flat) triangle: u32,
     @location(2) texcoords: vec4f,
     @location(3) alpha: f32,
 };
 
-fn is_outside(view_index: u32, position: vec4f) -> bool {
-    let view = shadow_views[view_index];
-    let texel = vec2u(position.xy);
-    return any(texel < view.origin) || any(texel >= view.origin + view.size);
+fn is_outside(edges: vec4f, position: vec4f) -> bool {
+    return any(position.xy < edges.xy) || any(position.xy > edges.zw);
+}
+
+fn view_edges(instance: u32) -> vec4f {
+    return draw_views[chunk.first_view + instance].edges * (0.5 * f32(light.atlas_size));
 }
 
 @vertex
 fn vs_opaque(@location(0) position_ws: vec3f, @builtin(instance_index) instance: u32) -> Occluder {
-    let view = view_of_instance(instance);
-    return Occluder(project(position_ws, view).position_cs, view);
+    return Occluder(project(position_ws, instance).position_cs, view_edges(instance));
 }
 
 @vertex
 fn vs_masked(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> MaskedOccluder {
     let vertex = triangle_indices[index];
-    let view = view_of_instance(instance);
     return MaskedOccluder(
-        project(vertex_position_ws(vertex), view).position_cs,
-        view,
+        project(vertex_position_ws(vertex), instance).position_cs,
+        view_edges(instance),
         index / 3u,
         vertex_attributes[vertex].texcoords,
         vertex_color(vertex).a,
@@ -42,14 +42,14 @@ fn vs_masked(@builtin(vertex_index) index: u32, @builtin(instance_index) instanc
 
 @fragment
 fn fs_opaque(fragment: Occluder) {
-    if is_outside(fragment.view, fragment.position_cs) {
+    if is_outside(fragment.edges, fragment.position_cs) {
         discard;
     }
 }
 
 @fragment
 fn fs_masked(fragment: MaskedOccluder) {
-    if is_outside(fragment.view, fragment.position_cs) || is_cut_out(fragment.triangle, fragment.texcoords, fragment.alpha) {
+    if is_outside(fragment.edges, fragment.position_cs) || is_cut_out(fragment.triangle, fragment.texcoords, fragment.alpha) {
         discard;
     }
 }

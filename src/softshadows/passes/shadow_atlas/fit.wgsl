@@ -6,6 +6,7 @@
 
 //#include "light_space.wgsl"
 //#struct ReceiverBox
+//#struct DrawView
 
 struct DrawCounter {
     index_count: u32,
@@ -19,7 +20,7 @@ struct DrawCounter {
 @group(0) @binding(1) var<storage, read> light_samples: array<vec4f>;
 @group(0) @binding(2) var<storage, read> receiver_boxes: array<ReceiverBox>;
 @group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
-@group(0) @binding(4) var<storage, read_write> draw_list: array<u32>;             // views, by chunk of samples
+@group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
 @group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // opaque and masked, by chunk
 
 const LANES = 64u;
@@ -132,6 +133,35 @@ fn is_empty(window: Window) -> bool {
     return any(window.low > window.high);
 }
 
+// The view as rows of a matrix from world positions (relative to the light's centre) to the atlas: x and y from 0 to 2 across it.
+fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
+    // The face's axes in world space: light space turned into face coordinates, column by column.
+    let x = face_coordinates(face, vec3f(light.right_ws.x, light.up_ws.x, light.back_ws.x));
+    let y = face_coordinates(face, vec3f(light.right_ws.y, light.up_ws.y, light.back_ws.y));
+    let z = face_coordinates(face, vec3f(light.right_ws.z, light.up_ws.z, light.back_ws.z));
+    let offset = face_coordinates(face, -sample_ls);
+    let a = vec4f(x.x, y.x, z.x, offset.x);
+    let b = vec4f(x.y, y.y, z.y, offset.y);
+    let d = vec4f(x.z, y.z, z.z, offset.z);
+    let one = vec4f(0.0, 0.0, 0.0, 1.0);
+    var w = d;
+    var closeness_w = one * light.depth_scale;
+    if light.is_directional == 1u {
+        w = one;
+        closeness_w = (one * light.far - d) / (light.far - light.near);
+    }
+    let unit = 2.0 / f32(light.atlas_size);
+    let origin = vec2f(view.origin);
+    let end = origin + vec2f(view.size);
+    return DrawView(
+        unit * (view.texels_per_unit.x * (a - view.window_low.x * w) + origin.x * w),
+        unit * (view.texels_per_unit.y * (b - view.window_low.y * w) + origin.y * w),
+        closeness_w,
+        w,
+        unit * vec4f(origin, end),
+    );
+}
+
 @compute @workgroup_size(LANES)
 fn cs_fit_views(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let sample_index = group.x;
@@ -196,7 +226,7 @@ fn cs_fit_views(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
             let chunk = sample_index / light.samples_per_chunk;
             let slot = atomicAdd(&draw_counters[2u * chunk].instance_count, 1u);
             atomicAdd(&draw_counters[2u * chunk + 1u].instance_count, 1u);
-            draw_list[chunk * light.samples_per_chunk * FACES + slot] = view_index;
+            draw_views[chunk * light.samples_per_chunk * FACES + slot] = draw_view(face, sample_ls, view);
         }
         shadow_views[view_index] = view;
     }

@@ -23,7 +23,7 @@ from softshadows.errors import DeviceError
 from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, dtype, pack
+from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f, dtype, pack
 from softshadows.gpu.timing import PassTimer
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms, GBuffer
@@ -80,6 +80,19 @@ class ShadowView(Struct):
     texels_per_unit: Vec2f
     origin: Vec2u
     size: Vec2u
+
+
+class DrawView(Struct):
+    """A view as its draw sees it: rows that take a world position, relative to the light's centre, to clip space.
+
+    x and y run from 0 to 2 across the atlas before they are divided by w; `edges` are the view's low and high corner in the same units.
+    """
+
+    row_x: Vec4f
+    row_y: Vec4f
+    row_closeness: Vec4f
+    row_w: Vec4f
+    edges: Vec4f
 
 
 class ReceiverBox(Struct):
@@ -207,12 +220,14 @@ class ShadowAtlas:
             return device.create_buffer(size=size, usage=usage)
 
         storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
-        self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write)
+        self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write | _USAGE.COPY_SRC)
         self._samples = buffer(16 * plan.samples, storage | write)
         self._arguments = buffer(40 * plan.chunks, storage | _USAGE.INDIRECT | write)
         self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
-        draw_list = buffer(4 * FACES * plan.samples_per_chunk * plan.chunks, storage)
+        self._draw_views = buffer(
+            dtype(DrawView).itemsize * FACES * plan.samples_per_chunk * plan.chunks, storage | _USAGE.COPY_SRC
+        )
         self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
         self.depth = device.create_texture(
             size=(plan.atlas_size, plan.atlas_size, 1),
@@ -248,14 +263,13 @@ class ShadowAtlas:
             samples,
             (boxes, read),
             (self._views, readwrite),
-            (draw_list, readwrite),
+            (self._draw_views, readwrite),
             (self._arguments, readwrite),
         ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
-        draw_layout, self._draw_bindings = bind(
-            [light, samples, views, (draw_list, read), chunk], _STAGES.VERTEX | _STAGES.FRAGMENT
-        )
+        draw_resources = [light, (self._draw_views, read), chunk]
+        draw_layout, self._draw_bindings = bind(draw_resources, _STAGES.VERTEX | _STAGES.FRAGMENT)
         atlas = (self._depth_view, {"sample_type": "depth"})
         self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
 
@@ -270,7 +284,7 @@ class ShadowAtlas:
             (FrameUniforms, ReceiverBox, OccluderBox, *SHADOW_STRUCTS),
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
-        self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, *SHADOW_STRUCTS), [fit_layout])
+        self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
         self._opaque, self._masked = self._draw_pipelines(draw_layout)
 
     def _draw_pipelines(
@@ -279,7 +293,9 @@ class ShadowAtlas:
         clips = "clip-distances" in self._gpu.features
         device = self._gpu.device
         module = shader_module(
-            device, _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"), (Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS)
+            device,
+            _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"),
+            (Chunk, DrawView, *SHADOW_STRUCTS, *SCENE_STRUCTS),
         )
         position = {"format": "float32x3", "offset": 0, "shader_location": 0}
         vertex_buffer = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}

@@ -1,0 +1,159 @@
+"""All shadow maps in one atlas by one instanced draw, against one pass per layer of an array texture: the same maps, in turns.
+
+    python benchmarks/atlas_vs_layers.py                 57 k triangles, 289 maps of 512²
+
+Both draw the same triangles with the same projection into 32-bit depth. The layers need two textures, since WebGPU's default
+limit is 256 layers. Median milliseconds of the GPU's (or the software rasteriser's) work, submit to finish, and the CPU's.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import time
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+import softshadows as ss
+from softshadows.gpu.compose import shader_module
+from softshadows.gpu.layout import dtype, pack
+from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS
+from softshadows.passes.shadow_atlas.shadow_atlas import (
+    SHADOW_STRUCTS,
+    UNIFORM_ALIGNMENT,
+    Chunk,
+    DrawView,
+    ShadowAtlas,
+)
+
+LAYERS = 256  # WebGPU's default limit
+
+
+def read_buffer(device: wgpu.GPUDevice, buffer: wgpu.GPUBuffer) -> bytes:
+    return bytes(device.queue.read_buffer(buffer))
+
+
+class LayeredMaps:
+    """The atlas's maps again, one pass per map."""
+
+    def __init__(self, atlas: ShadowAtlas, triangles: int) -> None:
+        self._atlas, self._device, self._count = atlas, atlas._gpu.device, 3 * triangles
+        device, plan, usage = self._device, atlas.plan, wgpu.BufferUsage
+        # The atlas's views, each stretched from its place in the atlas over a layer of its own.
+        views = np.frombuffer(read_buffer(device, atlas._draw_views), dtype(DrawView)).copy()
+        views = views[views["edges"][:, 2] > 0.0]
+        unit = plan.atlas_size / plan.tile
+        for row, axis in (("row_x", 0), ("row_y", 1)):
+            views[row] = unit * (views[row] - views["edges"][:, axis, None] * views["row_w"])
+        self.count = len(views)
+        chunks = np.zeros((len(views), UNIFORM_ALIGNMENT), np.uint8)
+        for index, row in enumerate(chunks):
+            data = pack(Chunk(first_view=index, first_sample=0, sample_count=1))
+            row[: len(data)] = np.frombuffer(data, np.uint8)
+        storage, uniform = usage.STORAGE, usage.UNIFORM
+        buffers = [
+            atlas._light,
+            device.create_buffer_with_data(data=views, usage=storage),
+            device.create_buffer_with_data(data=chunks, usage=uniform),
+        ]
+        stages = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT
+        kinds = ["uniform", "read-only-storage", "uniform"]
+        layout = device.create_bind_group_layout(
+            entries=[
+                {"binding": i, "visibility": stages, "buffer": {"type": kind, "has_dynamic_offset": i == 2}}
+                for i, kind in enumerate(kinds)
+            ]
+        )
+        entries = [
+            {"binding": i, "resource": {"buffer": buffer, "offset": 0, "size": buffer.size}}
+            for i, buffer in enumerate(buffers)
+        ]
+        entries[2]["resource"]["size"] = dtype(Chunk).itemsize
+        self._bindings = device.create_bind_group(layout=layout, entries=entries)
+        module = shader_module(
+            device, Path(__file__).with_suffix(".wgsl"), (Chunk, DrawView, *SHADOW_STRUCTS, *SCENE_STRUCTS)
+        )
+        position = {"format": "float32x3", "offset": 0, "shader_location": 0}
+        self._pipeline = device.create_render_pipeline(
+            layout=device.create_pipeline_layout(bind_group_layouts=[layout, atlas._scene.layout]),
+            vertex={
+                "module": module,
+                "entry_point": "vs_layer",
+                "buffers": [{"array_stride": 12, "step_mode": "vertex", "attributes": [position]}],
+            },
+            primitive={"topology": "triangle-list", "cull_mode": "none"},
+            depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
+        )
+        self._views = []
+        for first in range(0, self.count, LAYERS):
+            layers = min(LAYERS, self.count - first)
+            texture = device.create_texture(
+                size=(plan.tile, plan.tile, layers), format="depth32float", usage=wgpu.TextureUsage.RENDER_ATTACHMENT
+            )
+            self._views += [
+                texture.create_view(dimension="2d", base_array_layer=layer, array_layer_count=1)
+                for layer in range(layers)
+            ]
+
+    def encode(self, encoder: wgpu.GPUCommandEncoder) -> None:
+        scene = self._atlas._scene
+        for index, view in enumerate(self._views):
+            attachment = {"view": view, "depth_load_op": "clear", "depth_store_op": "store", "depth_clear_value": 0.0}
+            draw = encoder.begin_render_pass(color_attachments=[], depth_stencil_attachment=attachment)
+            draw.set_pipeline(self._pipeline)
+            draw.set_bind_group(0, self._bindings, [UNIFORM_ALIGNMENT * index])
+            draw.set_bind_group(1, scene.bindings)
+            draw.set_vertex_buffer(0, scene.positions)
+            draw.set_index_buffer(scene.indices, "uint32")
+            draw.draw_indexed(self._count)
+            draw.end()
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--triangles", type=int, default=57_000)
+    parser.add_argument("--runs", type=int, default=5)
+    arguments = parser.parse_args()
+
+    scene = ss.scenes.field(count=arguments.triangles)
+    assert scene.camera is not None
+    with ss.Renderer(scene, technique=ss.techniques.Uniform(resolution=512), size=(320, 240)) as renderer:
+        renderer.render(scene.camera)
+        (atlas,) = renderer._pass._atlases.values()
+        layered = LayeredMaps(atlas, scene.triangle_count)
+        timer = renderer._timer
+        device = renderer._gpu.device
+
+        def atlas_pass(encoder: wgpu.GPUCommandEncoder) -> None:
+            for chunk in range(atlas.plan.chunks):
+                atlas.encode_draw(encoder, timer, chunk)
+
+        def timed(encode: object) -> tuple[float, float]:
+            started = time.perf_counter()
+            encoder = device.create_command_encoder()
+            encode(encoder)  # type: ignore[operator]
+            commands = encoder.finish()
+            encoded = time.perf_counter()
+            device.queue.submit([commands])
+            device.queue.read_buffer(atlas._light, 0, 16)  # waits
+            return 1e3 * (time.perf_counter() - encoded), 1e3 * (encoded - started)
+
+        rows: dict[str, list[tuple[float, float]]] = {"atlas": [], "layers": []}
+        for _ in range(arguments.runs + 1):
+            timer.begin_frame()
+            rows["atlas"].append(timed(atlas_pass))
+            rows["layers"].append(timed(layered.encode))
+    print(f"{scene.triangle_count} triangles, {atlas.plan.samples} samples, {layered.count} maps of {atlas.plan.tile}²")
+    medians = {}
+    for name, times in rows.items():
+        gpu_ms, cpu_ms = (statistics.median(column) for column in zip(*times[1:], strict=True))
+        medians[name] = gpu_ms
+        print(f"{name:8} {gpu_ms:8.0f} ms to draw   {cpu_ms:6.2f} ms to encode")
+    ratios = sorted(layers / one for (one, _), (layers, _) in zip(rows["atlas"][1:], rows["layers"][1:], strict=True))
+    print(f"layers / atlas: median {statistics.median(ratios):.2f} (from {ratios[0]:.2f} to {ratios[-1]:.2f})")
+
+
+if __name__ == "__main__":
+    main()
