@@ -80,8 +80,8 @@ LightOption = Annotated[
     typer.Option(
         "--light",
         metavar="LIGHT",
-        help="Replaces the scene's lights: `rect:position=0,4,0:target=0,0,0:width=1:height=1:radiance=10,10,10` or "
-        "`line:start=-1,4,0:end=1,4,0:radiance=10,10,10`; also disk, point, spot, directional. Repeatable.",
+        help="Replaces the scene's lights: a kind (rect, disk, line, point, spot, directional) and its properties, "
+        "as `softshadows render -h` shows. Repeatable.",
         show_default=False,
     ),
 ]
@@ -90,7 +90,7 @@ CameraOption = Annotated[
     typer.Option(
         "--camera",
         metavar="CAMERA",
-        help="`position=3,2,4:target=0,1,0:fov=45`, metres and degrees.",
+        help="Replaces the scene's camera, as `softshadows render -h` shows; metres and degrees.",
         show_default=False,
     ),
 ]
@@ -126,7 +126,11 @@ def render(
 
     `softshadows render chair.glb --ground -t uniform -O grid=9 --size 800x600 -o chair.exr`
 
+    `softshadows render chair.glb --camera position=3,2,4:target=0,1,0:fov=45 -o chair.png`
+
     `softshadows render chair.glb --light line:start=-1,2,0:end=1,2,0:radiance=30,30,30 -o chair.png`
+
+    `--light rect:position=0,4,0:target=0,0,0:width=1:height=1:radiance=10,10,10`
     """
     console = _console()
     if output.suffix.lower() not in PICTURES:
@@ -151,7 +155,7 @@ def render(
     timing = f", {milliseconds:.1f} ms on the GPU" if milliseconds else ""
     console.print(
         f"{output}: {shot.size[0]}×{shot.size[1]}, technique {renderer.technique.name}, "
-        f"{frame.stats.shadow_maps} shadow maps{timing}",
+        f"{frame.stats.shadow_maps} shadow {'map' if frame.stats.shadow_maps == 1 else 'maps'}{timing}",
         highlight=False,
         soft_wrap=True,
     )
@@ -168,7 +172,7 @@ def compare(
             "--techniques",
             metavar="NAMES",
             help="Names with commas between, each with options of its own where needed: "
-            "`pcss,uniform:grid=5,uniform:grid=17`. Left out: all that can do the scene's lights.",
+            "`pcss,uniform:grid=5`. Left out: all that can do the scene's lights.",
             show_default=False,
         ),
     ] = None,
@@ -308,7 +312,7 @@ def info() -> None:
     for missing in adapter["fallbacks"]:
         table.add_row("without", missing)
     for name, limit in adapter["limits"].items():
-        table.add_row(name, f"{limit:,}")
+        table.add_row(name, f"{limit / 2**20:,.0f} MiB" if name.endswith("size") else f"{limit:,}")
     table.add_row("processor", f"{found['cpu']}, {found['cpu_count']} cores")
     table.add_row("system", found["system"])
     table.add_row("versions", ", ".join(f"{name} {number}" for name, number in found["versions"].items() if number))

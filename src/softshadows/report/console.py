@@ -34,10 +34,10 @@ def results_table(measurements: Sequence[Measurement]) -> Table:
     from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
-    table.add_column("scene", no_wrap=True)
-    table.add_column("technique", no_wrap=True)
-    for heading in ("shadow maps", "ms", "rmse", "bias", "leak rate", "false shadow"):
-        table.add_column(heading, justify="right")
+    table.add_column("scene", overflow="fold")
+    table.add_column("technique", overflow="fold")
+    for heading in ("shadow\nmaps", "ms", "rmse", "bias", "leak\nrate", "false\nshadow"):
+        table.add_column(heading, justify="right", no_wrap=True)
     for measurement in measurements:
         for result in measurement.results:
             count = max(len(result.comparisons), 1)

@@ -32,7 +32,7 @@ from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, Te
 
 
 class Unshadowed(Technique):
-    """Visibility 1."""
+    """No shadow: visibility 1 everywhere."""
 
     name: ClassVar[str] = "none"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS

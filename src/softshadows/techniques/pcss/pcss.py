@@ -45,7 +45,10 @@ _PRESETS = {"64/64": (64, 64), "32/64": (32, 64), "16/24": (16, 24)}
 
 
 class Pcss(Technique):
-    """PCSS. `Pcss.preset("16/24")` gives the usual blocker/filter tap counts: 64/64 (the default), 32/64, 16/24."""
+    """Percentage-closer soft shadows: a search for blockers sets how wide each shadow edge is filtered.
+
+    `Pcss.preset("16/24")` gives the usual blocker/filter tap counts: 64/64 (the default), 32/64, 16/24.
+    """
 
     name: ClassVar[str] = "pcss"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "disk", "line"})
