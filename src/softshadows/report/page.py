@@ -21,7 +21,8 @@ th, td { padding: 0.3rem 0.7rem; text-align: right; border-bottom: 1px solid var
 th:first-child, td:first-child { text-align: left; } tbody tr:hover { background: var(--soft); }
 td.best { font-weight: 700; }
 .plates { display: grid; grid-template-columns: repeat(auto-fit, minmax(210px, 1fr)); gap: 0.8rem; }
-figure { margin: 0; } figure img { width: 100%; display: block; border-radius: 4px; border: 1px solid var(--rule); box-sizing: border-box; }
+figure { margin: 0; }
+figure img { width: 100%; display: block; border: 1px solid var(--rule); border-radius: 4px; box-sizing: border-box; }
 figcaption { font-size: 0.85em; opacity: 0.8; padding-top: 0.2rem; }
 dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.2rem 1rem; }
 dt { font-weight: 600; } dd { margin: 0; }
