@@ -31,12 +31,13 @@ def complete(scene: Scene, *, aspect: float = 4.0 / 3.0) -> list[str]:
     without extent.
     """
     notes = []
+    is_placed = scene.camera is not None or bool(scene.cameras)  # by someone, perhaps indoors
     if scene.camera is None:
         scene.camera = scene.cameras[0] if scene.cameras else framing_camera(scene, aspect=aspect)
         if not scene.cameras:
             notes.append("no camera given: using a three-quarter view of the whole scene (set one with --camera)")
     if not scene.lights:
-        lamp = ceiling_light(scene, scene.camera)
+        lamp = ceiling_light(scene, scene.camera) if is_placed else None
         scene.lights = [lamp or framing_light(scene)]
         where = "below the ceiling" if lamp else "above the scene"
         notes.append(f"no light given: using a square area light {where} (set one with --light)")
@@ -84,14 +85,19 @@ def ceiling_light(scene: Scene, camera: Camera) -> RectLight | None:
 
 def _distance(geometry: Geometry, start: np.ndarray, direction: np.ndarray) -> float:
     """From `start` to the first opaque triangle along the unit `direction`, metres; inf where there is none."""
-    a, b, c = (geometry.positions[corner] - start for corner in geometry.triangles[: geometry.opaque_count].T)
+    sideways = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction))])
+    frame = np.stack([sideways, np.cross(direction, sideways), direction], axis=1)
+    seen = (geometry.positions - start) @ frame  # the ray is the third axis
+    triangles = geometry.triangles[: geometry.opaque_count].astype(np.intp)
+    u, v = (axis.take(triangles) for axis in (seen[:, 0], seen[:, 1]))
+    near = (u.min(axis=1) <= 0.0) & (u.max(axis=1) >= 0.0) & (v.min(axis=1) <= 0.0) & (v.max(axis=1) >= 0.0)
+    u, v, along = u[near], v[near], seen[:, 2].take(triangles[near])
     # The ray passes inside where it turns the same way about all three edges.
-    volumes = np.stack([np.cross(one, other) @ direction for one, other in ((b, c), (c, a), (a, b))])
-    total = volumes.sum(axis=0)
-    inside = ((volumes >= 0.0).all(axis=0) | (volumes <= 0.0).all(axis=0)) & (total != 0.0)
-    weights = volumes[:, inside] / total[inside]
-    along = np.einsum("kn,nk->n", weights, np.stack([corner[inside] @ direction for corner in (a, b, c)], axis=1))
-    return float(along[along > 0.0].min(initial=np.inf))
+    turns = np.roll(u, -1, axis=1) * np.roll(v, -2, axis=1) - np.roll(u, -2, axis=1) * np.roll(v, -1, axis=1)
+    total = turns.sum(axis=1)
+    inside = ((turns >= 0.0).all(axis=1) | (turns <= 0.0).all(axis=1)) & (total != 0.0)
+    hits = (turns[inside] * along[inside]).sum(axis=1) / total[inside]
+    return float(hits[hits > 0.0].min(initial=np.inf))
 
 
 def rect_light(
