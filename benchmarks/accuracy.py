@@ -1,10 +1,10 @@
-"""Error of `uniform` against ray-traced truth, and how much of it is light sampling: a table, and JSON with the machine.
+"""Error of `uniform` against ray-traced truth, and how much of it is light sampling: a table, and JSON.
 
     python benchmarks/accuracy.py blocker sphere_cube figures atrium room fence leaves
     SOFTSHADOWS_SCENES=... python benchmarks/accuracy.py scorpion body bunny bike --size 1024x768 --json figures.json
 
-A name is a built-in scene or a shot in $SOFTSHADOWS_SCENES/shots. "lattice" is the same light samples with the same weights, traced
-as rays: what is left of the error when every shadow map is perfect.
+A name is a built-in scene or a shot in $SOFTSHADOWS_SCENES/shots. "lattice" is the same light samples with the same weights,
+traced as rays: what is left of the error when every shadow map is perfect.
 """
 
 from __future__ import annotations
@@ -20,6 +20,16 @@ import numpy as np
 import softshadows as ss
 from softshadows.report.environment import environment
 from softshadows.techniques.uniform.uniform import grid_samples
+
+COLUMNS = [
+    ("rmse", "rmse", ".4f"),
+    ("penumbra", "penumbra_rmse", ".4f"),
+    ("bias", "bias", "+.4f"),
+    ("leak", "leak_rate", ".1e"),
+    ("false", "false_shadow_rate", ".1e"),
+    ("lattice", "lattice_rmse", ".4f"),
+    ("seconds", "seconds", ".1f"),
+]
 
 
 def open_scene(name: str) -> tuple[ss.Scene, ss.Camera]:
@@ -77,19 +87,14 @@ def main() -> None:
     arguments = parser.parse_args()
     width, height = map(int, arguments.size.split("x"))
     rows = []
-    print(
-        f"{'scene':12} {'weights':10} {'rmse':>7} {'penumbra':>8} {'bias':>8} {'leak':>8} {'false':>8} {'lattice':>8} {'s':>6}"
-    )
+    print(f"{'scene':12} {'weights':10}" + "".join(f"{title:>10}" for title, _, _ in COLUMNS), flush=True)
     for name in arguments.names:
         for weights in arguments.weights.split(","):
             technique = ss.techniques.Uniform(weights=weights, resolution=arguments.resolution)
             row = measure(name, (width, height), technique, arguments.samples, arguments.lattice)
             rows.append(row)
-            print(
-                f"{name:12} {weights:10} {row['rmse']:7.4f} {row['penumbra_rmse']:8.4f} {row['bias']:+8.4f} {row['leak_rate']:8.1e} "
-                f"{row['false_shadow_rate']:8.1e} {row.get('lattice_rmse', float('nan')):8.4f} {row['seconds']:6.1f}",
-                flush=True,
-            )
+            cells = (format(row.get(key, float("nan")), form) for _, key, form in COLUMNS)
+            print(f"{name:12} {weights:10}" + "".join(f"{cell:>10}" for cell in cells), flush=True)
             if arguments.json:
                 arguments.json.write_text(json.dumps({"environment": environment(), "rows": rows}, indent=1) + "\n")
 

@@ -3,6 +3,6 @@
 //#include "../src/softshadows/passes/shadow_atlas/occluder.wgsl"
 
 @vertex
-fn vs_layer(@location(0) position_ws: vec3f) -> @builtin(position) vec4f {
-    return project(position_ws, 0u).position_cs;
+fn vs_layer(@location(0) position_ws: vec3f, view: View) -> @builtin(position) vec4f {
+    return project(position_ws, view).position_cs;
 }

@@ -117,7 +117,9 @@ def table(rows: Sequence[Row]) -> str:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description="Render every model and shot of the folder SOFTSHADOWS_SCENES.")
-    parser.add_argument("--out", type=Path, default=Path("report/real_scenes"), help="folder for sheet.png and table.txt")
+    parser.add_argument(
+        "--out", type=Path, default=Path("report/real_scenes"), help="folder for sheet.png and table.txt"
+    )
     parser.add_argument("--size", default="480x360", help="WIDTHxHEIGHT of each picture")
     parser.add_argument("--techniques", default=TECHNIQUES, help="as of `softshadows compare`")
     parser.add_argument("--truth", type=int, default=0, metavar="N", help="compare with N rays per pixel")

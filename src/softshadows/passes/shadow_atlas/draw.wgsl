@@ -18,15 +18,15 @@ struct MaskedOccluder {
 };
 
 @vertex
-fn vs_opaque(@location(0) position_ws: vec3f, @builtin(instance_index) instance: u32) -> Occluder {
-    let projection = project(position_ws, instance);
+fn vs_opaque(@location(0) position_ws: vec3f, view: View) -> Occluder {
+    let projection = project(position_ws, view);
     return Occluder(projection.position_cs, projection.inside);
 }
 
 @vertex
-fn vs_masked(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> MaskedOccluder {
+fn vs_masked(@builtin(vertex_index) index: u32, view: View) -> MaskedOccluder {
     let vertex = triangle_indices[index];
-    let projection = project(vertex_position_ws(vertex), instance);
+    let projection = project(vertex_position_ws(vertex), view);
     return MaskedOccluder(
         projection.position_cs,
         projection.inside,

@@ -19,21 +19,21 @@ fn is_outside(edges: vec4f, position: vec4f) -> bool {
     return any(position.xy < edges.xy) || any(position.xy > edges.zw);
 }
 
-fn view_edges(instance: u32) -> vec4f {
-    return draw_views[chunk.first_view + instance].edges * (0.5 * f32(light.atlas_size));
+fn atlas_edges(view: View) -> vec4f {
+    return view.edges * (0.5 * f32(light.atlas_size));
 }
 
 @vertex
-fn vs_opaque(@location(0) position_ws: vec3f, @builtin(instance_index) instance: u32) -> Occluder {
-    return Occluder(project(position_ws, instance).position_cs, view_edges(instance));
+fn vs_opaque(@location(0) position_ws: vec3f, view: View) -> Occluder {
+    return Occluder(project(position_ws, view).position_cs, atlas_edges(view));
 }
 
 @vertex
-fn vs_masked(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> MaskedOccluder {
+fn vs_masked(@builtin(vertex_index) index: u32, view: View) -> MaskedOccluder {
     let vertex = triangle_indices[index];
     return MaskedOccluder(
-        project(vertex_position_ws(vertex), instance).position_cs,
-        view_edges(instance),
+        project(vertex_position_ws(vertex), view).position_cs,
+        atlas_edges(view),
         index / 3u,
         vertex_attributes[vertex].texcoords,
         vertex_color(vertex).a,

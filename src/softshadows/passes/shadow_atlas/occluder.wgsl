@@ -2,21 +2,24 @@
 
 //#include "texture.wgsl"
 //#struct ShadowLight
-//#struct DrawView
-//#struct Chunk
 
 @group(0) @binding(0) var<uniform> light: ShadowLight;
-@group(0) @binding(1) var<storage, read> draw_views: array<DrawView>;
-@group(0) @binding(2) var<uniform> chunk: Chunk;
+
+// The view that an instance stands for (DrawView in shadow_atlas.py): a vertex buffer that steps per instance.
+struct View {
+    @location(1) row_x: vec4f,
+    @location(2) row_y: vec4f,
+    @location(3) row_closeness: vec4f,
+    @location(4) row_w: vec4f,
+    @location(5) edges: vec4f,
+};
 
 struct Projection {
     position_cs: vec4f,
     inside: array<f32, 4>,  // distances from the view's edges, times w; negative outside
 };
 
-// The projection of a vertex into the view that an instance of the chunk's draw stands for.
-fn project(position_ws: vec3f, instance: u32) -> Projection {
-    let view = draw_views[chunk.first_view + instance];
+fn project(position_ws: vec3f, view: View) -> Projection {
     let position = vec4f(position_ws - light.center_ws, 1.0);
     let x = dot(view.row_x, position);
     let y = dot(view.row_y, position);

@@ -85,7 +85,7 @@ class ShadowView(Struct):
 class DrawView(Struct):
     """A view as its draw sees it: rows that take a world position, relative to the light's centre, to clip space.
 
-    x and y run from 0 to 2 across the atlas before they are divided by w; `edges` are the view's low and high corner in the same units.
+    x and y run from 0 to 2 across the atlas once divided by w; `edges` are the view's low and high corner so.
     """
 
     row_x: Vec4f
@@ -114,7 +114,6 @@ class OccluderBox(Struct):
 class Chunk(Struct):
     """The light samples of one draw."""
 
-    first_view: U32
     first_sample: U32
     sample_count: U32
 
@@ -226,7 +225,8 @@ class ShadowAtlas:
         self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
         self._draw_views = buffer(
-            dtype(DrawView).itemsize * FACES * plan.samples_per_chunk * plan.chunks, storage | _USAGE.COPY_SRC
+            FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
+            storage | _USAGE.VERTEX | _USAGE.COPY_SRC,
         )
         self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
         self.depth = device.create_texture(
@@ -268,8 +268,7 @@ class ShadowAtlas:
         ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
-        draw_resources = [light, (self._draw_views, read), chunk]
-        draw_layout, self._draw_bindings = bind(draw_resources, _STAGES.VERTEX | _STAGES.FRAGMENT)
+        self._draw_layout, self._draw_bindings = bind([light], _STAGES.VERTEX | _STAGES.FRAGMENT)
         atlas = (self._depth_view, {"sample_type": "depth"})
         self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
 
@@ -285,31 +284,36 @@ class ShadowAtlas:
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
-        self._opaque, self._masked = self._draw_pipelines(draw_layout)
+        self._opaque, self._masked = self._draw_pipelines()
 
-    def _draw_pipelines(
-        self, draw_layout: wgpu.GPUBindGroupLayout
-    ) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
+    def _draw_pipelines(self) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
         clips = "clip-distances" in self._gpu.features
         device = self._gpu.device
         module = shader_module(
             device,
             _HERE / ("draw.wgsl" if clips else "draw_discard.wgsl"),
-            (Chunk, DrawView, *SHADOW_STRUCTS, *SCENE_STRUCTS),
+            (*SHADOW_STRUCTS, *SCENE_STRUCTS),
         )
         position = {"format": "float32x3", "offset": 0, "shader_location": 0}
-        vertex_buffer = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
+        positions = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
+        rows = [
+            {"format": "float32x4", "offset": 16 * row, "shader_location": 1 + row}
+            for row in range(len(dtype(DrawView).names or ()))
+        ]
+        views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
 
         def pipeline(kind: str, buffers: list, fragment: str | None) -> wgpu.GPURenderPipeline:
             return device.create_render_pipeline(
-                layout=device.create_pipeline_layout(bind_group_layouts=[draw_layout, self._scene.layout]),
+                layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
                 vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
                 primitive={"topology": "triangle-list", "cull_mode": "none"},
                 depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
                 fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
             )
 
-        return pipeline("opaque", [vertex_buffer], None if clips else "fs_opaque"), pipeline("masked", [], "fs_masked")
+        return pipeline("opaque", [views, positions], None if clips else "fs_opaque"), pipeline(
+            "masked", [views], "fs_masked"
+        )
 
     def _write_chunks(self) -> None:
         """The chunks' uniforms: the same for every frame."""
@@ -318,7 +322,7 @@ class ShadowAtlas:
         for index in range(plan.chunks):
             first = index * plan.samples_per_chunk
             count = min(plan.samples_per_chunk, plan.samples - first)
-            data = pack(Chunk(first_view=first * FACES, first_sample=first, sample_count=count))
+            data = pack(Chunk(first_sample=first, sample_count=count))
             rows[index, : len(data)] = np.frombuffer(data, np.uint8)
         self._gpu.device.queue.write_buffer(self._chunks, 0, rows)
 
@@ -415,11 +419,13 @@ class ShadowAtlas:
         draw = encoder.begin_render_pass(
             color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
         )
-        draw.set_bind_group(0, self._draw_bindings, [self.chunk_offset(chunk)])
+        draw.set_bind_group(0, self._draw_bindings)
         draw.set_bind_group(1, scene.bindings)
+        first_view = chunk * self.plan.samples_per_chunk * FACES
+        draw.set_vertex_buffer(0, self._draw_views, first_view * dtype(DrawView).itemsize)
         if scene.opaque_count:
             draw.set_pipeline(self._opaque)
-            draw.set_vertex_buffer(0, scene.positions)
+            draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
             draw.draw_indexed_indirect(self._arguments, 40 * chunk)
         if scene.triangle_count > scene.opaque_count:
