@@ -3,8 +3,8 @@
     python benchmarks/accuracy.py blocker sphere_cube figures atrium room fence leaves
     SOFTSHADOWS_SCENES=... python benchmarks/accuracy.py scorpion body bunny bike --size 1024x768 --json figures.json
 
-A name is a built-in scene or a shot in $SOFTSHADOWS_SCENES/shots. "lattice" is the same light samples with the same weights,
-traced as rays: what is left of the error when every shadow map is perfect.
+A name is a built-in scene or a shot in $SOFTSHADOWS_SCENES/shots. "lattice" is the same light samples with the same
+weights, traced as rays: what is left of the error when every shadow map is perfect.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
     python benchmarks/encode.py [--uncut]
 
-A software rasteriser needs the frame cut into submits, each with passes of its own; --uncut encodes it as a GPU would get it.
+A software rasteriser needs the frame cut into submits, each with passes of its own; --uncut encodes it as a GPU would
+get it.
 """
 
 from __future__ import annotations
