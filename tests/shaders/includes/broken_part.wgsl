@@ -1,0 +1,5 @@
+//#struct Pair
+
+fn wrong(pair: Pair) -> f32 {
+    return pair.third;
+}

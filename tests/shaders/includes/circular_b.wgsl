@@ -1,0 +1,2 @@
+// b -> a -> b
+//#include "circular_a.wgsl"

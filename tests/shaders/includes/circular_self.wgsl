@@ -1,0 +1,1 @@
+//#include "circular_self.wgsl"

@@ -1,0 +1,2 @@
+// Included twice, and here once.
+const ANSWER = 42u;

@@ -1,0 +1,2 @@
+enable clip_distances;
+const SECOND = 2u;

@@ -1,0 +1,2 @@
+// The next line names a file that is not there.
+//#include "nowhere.wgsl"
