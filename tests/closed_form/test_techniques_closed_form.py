@@ -1,7 +1,7 @@
 """Techniques against the closed forms O1 to O12, in scenes that are those set-ups.
 
 The floor is y = 0, the occluder lies at y = h and the light at y = H: truth/closed_form.py with its z turned upright,
-its x the scene's x, its y the scene's z. The camera looks straight down, so that every pixel is a receiver of the formula.
+its y the scene's z. The camera looks straight down: every pixel is a receiver of the formula.
 """
 
 from __future__ import annotations
