@@ -69,12 +69,18 @@ fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
     return textureLoad(shadow_atlas, shadow_views[sight.view].origin + texel, 0) / light.depth_scale;
 }
 
-// How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver.
-// The first covers vertices that the rasteriser snaps to a fraction of a texel and grows with the receiver's slope, the
-// second surfaces that curve within a texel. Measured: docs/decisions/0002-bias.md.
+// How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver:
+// for vertices that the rasteriser snaps to a fraction of a texel, times the receiver's slope; for surfaces that curve
+// within a texel; and for the part of the slope beyond 77 degrees, where a curved surface ends within the texel. Then how
+// far an occluder may be to be the receiver's own neighbourhood, and how alike the differences on a smooth surface are.
+// Measured: docs/decisions/0002-bias.md.
 const SNAP_BIAS_TEXELS = 0.1;
 const CURVATURE_BIAS_TEXELS = 0.5;
 const FLOAT_BIAS = 2e-6;  // of the closeness
+const GRAZING_BIAS_TEXELS = 1.8;
+const GRAZING_SLOPE = 4.5;  // 77 degrees
+const GRAZING_SLOPE_LIMIT = 60.0;
+const SMOOTH_RATIO = 4.0;
 const CREASE_TEXELS = 8.0;
 
 // By how much the occluder in a texel is closer than the receiver, in texels at the receiver; 0 or less where it is not
@@ -87,10 +93,12 @@ fn texel_depth_gap(sight: Sight, texel: vec2u) -> f32 {
     let texel_extent = 1.0 / view.texels_per_unit;
     let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
     let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
-    let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
-    let snap = SNAP_BIAS_TEXELS * closeness_per_texel(light, sight.plane_normal, sight.plane_offset, texel_extent);
     let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
-    let bias = light.bias_scale * (snap + CURVATURE_BIAS_TEXELS * texel_closeness) + FLOAT_BIAS * sight.closeness;
+    let slope = closeness_per_texel(light, sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
+    let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
+    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS + grazing;
+    let bias = light.bias_scale * bias_texels * texel_closeness + FLOAT_BIAS * sight.closeness;
+    let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
     return (stored_closeness(sight, texel) - bounded - bias) / texel_closeness;
 }
 
@@ -103,26 +111,33 @@ fn covering_texel(sight: Sight) -> vec2u {
     return vec2u((sight.position - view.window_low) * view.texels_per_unit);
 }
 
-// Change of the stored closeness from one texel to the next along an axis, of the two sides the smaller: across a silhouette one
-// of them is large and means nothing.
-fn stored_slope(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
+// How much the occluder's own surface changes in closeness along an axis, from the texel's centre to the receiver `offset`
+// texels away. Of the differences to the two neighbours the smaller counts: across a silhouette one of them is large and
+// means nothing. On a smooth surface they are alike, and the one that puts the surface farther from the light counts.
+fn surface_change(sight: Sight, texel: vec2u, step: vec2i, offset: f32) -> f32 {
     let last = vec2i(shadow_views[sight.view].size) - 1;
     let here = stored_closeness(sight, texel);
     let before = here - stored_closeness(sight, vec2u(clamp(vec2i(texel) - step, vec2i(0), last)));
     let after = stored_closeness(sight, vec2u(clamp(vec2i(texel) + step, vec2i(0), last))) - here;
-    return select(after, before, abs(before) < abs(after));
+    let before_is_smaller = abs(before) < abs(after);
+    let smaller = select(after, before, before_is_smaller);
+    let larger = select(before, after, before_is_smaller);
+    if abs(larger) <= SMOOTH_RATIO * abs(smaller) {
+        return min(smaller * offset, larger * offset);
+    }
+    return smaller * offset;
 }
 
-// In a concave crease the texel's centre may lie on the neighbouring surface, just before the receiver's plane, though the
-// receiver itself is free. The occluder's own plane tells: where it passes behind the receiver, it does not shadow it.
-fn occluder_plane_is_behind(sight: Sight, texel: vec2u) -> bool {
+// In a concave crease, or on a curved surface that is seen at a grazing angle, the texel's centre may lie just before the
+// receiver's plane though the receiver itself is free. The occluder's own surface tells: where it passes behind the
+// receiver, it does not shadow it.
+fn occluder_surface_is_behind(sight: Sight, texel: vec2u) -> bool {
     let view = shadow_views[sight.view];
     let offset = (sight.position - view.window_low) * view.texels_per_unit - (vec2f(texel) + 0.5);
-    let slopes = vec2f(stored_slope(sight, texel, vec2i(1, 0)), stored_slope(sight, texel, vec2i(0, 1)));
-    let at_receiver = stored_closeness(sight, texel) + dot(slopes, offset);
+    let change = surface_change(sight, texel, vec2i(1, 0), offset.x) + surface_change(sight, texel, vec2i(0, 1), offset.y);
     let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
     let bias = light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, texel_extent);
-    return at_receiver <= sight.closeness + bias + FLOAT_BIAS * sight.closeness;
+    return stored_closeness(sight, texel) + change <= sight.closeness + bias + FLOAT_BIAS * sight.closeness;
 }
 
 // Is light sample `sample_index` visible from the receiver?
@@ -133,5 +148,5 @@ fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
     }
     let texel = covering_texel(sight);
     let gap = texel_depth_gap(sight, texel);
-    return gap <= 0.0 || (gap < CREASE_TEXELS && occluder_plane_is_behind(sight, texel));
+    return gap <= 0.0 || (gap < CREASE_TEXELS && occluder_surface_is_behind(sight, texel));
 }

@@ -16,6 +16,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import shader_module
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk, SampledLight, ShadowAtlas, plan_atlas
+from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
 
@@ -46,12 +47,14 @@ class SampledPass(TechniquePass):
         extra_buffers: Sequence[wgpu.GPUBuffer] = (),
         bias_scale: float = 1.0,
         margin_texels: int = 1,
+        search_margin: float = 0.0,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
     ) -> None:
         super().__init__()
         self._context, self._samples_of, self._lookups = context, samples_of, lookups
         self._resolution, self._memory_budget = resolution, memory_budget
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._search_margin = search_margin
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
@@ -62,9 +65,14 @@ class SampledPass(TechniquePass):
         self._target_layout = device.create_bind_group_layout(entries=layouts)
         entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
         self._target = device.create_bind_group(layout=self._target_layout, entries=entries)
+        self._written: tuple[tuple[Light, ...], Geometry] | None = None  # what the atlases' lights were made from
         self._pipelines: dict[str, wgpu.GPUComputePipeline] = {}  # by entry
 
     def set_lights(self, lights: Sequence[Light]) -> None:
+        written = (tuple(lights), self._context.scene.geometry)
+        if written == self._written:
+            return
+        self._written = written
         by_count: dict[int, list[SampledLight]] = {}
         self._turns = []
         turns: list[tuple[int, int]] = []
@@ -94,6 +102,7 @@ class SampledPass(TechniquePass):
             plan,
             bias_scale=self._bias_scale,
             margin_texels=self._margin_texels,
+            search_margin=self._search_margin,
         )
 
     def encode(self, commands: Commands) -> None:

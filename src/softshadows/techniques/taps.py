@@ -21,6 +21,13 @@ def taps(pattern: str, count: int) -> npt.NDArray[np.float32]:
     return _grid(count) if pattern == "grid" else _poisson_disk(count)
 
 
+def sequence(count: int) -> npt.NDArray[np.float32]:
+    """(count, 2) float32: a sequence whose every part fills the square evenly (Roberts 2018, "R2")."""
+    plastic = 1.32471795724474602596
+    steps = np.arange(1, count + 1)[:, None] * np.array([1.0 / plastic, 1.0 / plastic**2])
+    return (2.0 * ((0.5 + steps) % 1.0) - 1.0).astype(np.float32)
+
+
 def upload_taps(gpu: Gpu, *patterns: npt.NDArray[np.float32]) -> wgpu.GPUBuffer:
     """One array<vec2f> with the patterns behind one another."""
     data = np.concatenate(patterns).astype(np.float32)

@@ -58,6 +58,7 @@ class GBuffer:
         read = _USAGE.TEXTURE_BINDING | _USAGE.STORAGE_BINDING | _USAGE.COPY_SRC
         self._numbers = texture("r32uint", _USAGE.RENDER_ATTACHMENT | _USAGE.TEXTURE_BINDING)
         self._depth = texture("depth32float", _USAGE.RENDER_ATTACHMENT)
+        self._numbers_view, self._depth_view = self._numbers.create_view(), self._depth.create_view()
         self.position = texture("rgba32float", read)
         self.normal = texture("rgba32float", read)
         self.material = texture("rgba32uint", read)
@@ -154,7 +155,7 @@ class GBuffer:
             "clear_value": (0, 0, 0, 0),
         }
         depth = {
-            "view": self._depth.create_view(),
+            "view": self._depth_view,
             "depth_load_op": "clear",
             "depth_store_op": "discard",
             "depth_clear_value": 0.0,

@@ -57,8 +57,9 @@ fn face_window(face: u32, window_limit: f32, sample_ls: vec3f, lane: u32) -> Win
         if box.count == 0.0 {
             continue;
         }
-        let corner_0 = face_coordinates(face, box.low - sample_ls);
-        let corner_1 = face_coordinates(face, box.high - sample_ls);
+        let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
+        let corner_0 = face_coordinates(face, box.low - beside - sample_ls);
+        let corner_1 = face_coordinates(face, box.high + beside - sample_ls);
         let box_low = min(corner_0, corner_1);
         let box_high = max(corner_0, corner_1);
         var limit = 3e38;

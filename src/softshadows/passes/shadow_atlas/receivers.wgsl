@@ -11,7 +11,7 @@
 
 const EDGE = 8u;
 const LANES = 64u;
-const TOUCHING = 1e-4;  // of the way to the light: an occluder that begins and ends nearer is the receiver itself
+const TOUCHING = 1e-6;  // of the way to the light: an occluder that begins and ends nearer is the receiver itself
 
 var<workgroup> lows_ls: array<vec3f, LANES>;
 var<workgroup> highs_ls: array<vec3f, LANES>;

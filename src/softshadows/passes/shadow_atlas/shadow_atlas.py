@@ -59,6 +59,7 @@ class ShadowLight(Struct):
     bias_scale: F32
     texels_per_pixel: F32
     margin_texels: F32
+    search_margin: F32  # half lights around the receivers that look-ups reach
     is_auto: U32
     is_round: U32
     tile_size: U32
@@ -204,9 +205,11 @@ class ShadowAtlas:
         *,
         bias_scale: float = 1.0,
         margin_texels: int = 1,
+        search_margin: float = 0.0,
     ) -> None:
         self.plan, self._gpu, self._scene, self._gbuffer = plan, gpu, scene, gbuffer
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._search_margin = search_margin
         self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
         device = gpu.device
         gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
@@ -364,6 +367,7 @@ class ShadowAtlas:
             bias_scale=self._bias_scale,
             texels_per_pixel=2.0,
             margin_texels=float(self._margin_texels),
+            search_margin=self._search_margin,
             is_auto=int(plan.is_auto),
             is_round=int(light.kind == "disk"),
             tile_size=plan.tile,

@@ -39,9 +39,12 @@ from softshadows.gpu.commands import Commands
 from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import SampledPass, center_sample
-from softshadows.techniques.taps import PATTERNS, taps, upload_taps
+from softshadows.techniques.taps import PATTERNS, sequence, taps, upload_taps
 
 _PRESETS = {"64/64": (64, 64), "32/64": (32, 64), "16/24": (16, 24)}
+
+SEARCH_MARGIN = 1.0
+"""Half lights by which the map reaches beyond the receivers in view: enough for blockers at half their distance."""
 
 
 class Pcss(Technique):
@@ -75,7 +78,7 @@ class Pcss(Technique):
 
 class _PcssPass(SampledPass):
     def __init__(self, context: RenderContext, technique: Pcss) -> None:
-        patterns = [taps(technique.pattern, count) for count in (technique.blocker_samples, technique.filter_samples)]
+        patterns = [sequence(technique.blocker_samples), taps(technique.pattern, technique.filter_samples)]
         usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
         self._nearest = context.gpu.device.create_buffer(size=16, usage=usage)
         super().__init__(
@@ -87,6 +90,7 @@ class _PcssPass(SampledPass):
             constants={"blocker_taps": technique.blocker_samples, "filter_taps": technique.filter_samples},
             extra_buffers=[upload_taps(context.gpu, *patterns), self._nearest],
             bias_scale=technique.bias_scale,
+            search_margin=SEARCH_MARGIN,
         )
 
     def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:

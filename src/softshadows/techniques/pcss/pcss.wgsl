@@ -10,6 +10,8 @@
 override blocker_taps: u32;
 override filter_taps: u32;
 
+const SEARCH_OCTAVES = 6.0;
+
 // The nearest occluder of the whole map. Positive floats sort like their bits.
 @compute @workgroup_size(8, 8)
 fn cs_nearest(@builtin(global_invocation_id) id: vec3u) {
@@ -40,6 +42,16 @@ fn penumbra_half_extent(ratio: f32) -> vec2f {
     return vec2f(light.half_width, light.half_height) * max(ratio - 1.0, 0.0);
 }
 
+// The search region suits the map's nearest occluder; half of the taps shrink towards the centre, where the blockers that are
+// farther from the light hide it.
+fn search_scale(i: u32) -> f32 {
+    let shrinking = 2u * i + 1u;
+    if shrinking < blocker_taps {
+        return 1.0;
+    }
+    return exp2(-SEARCH_OCTAVES * f32(shrinking - blocker_taps + 1u) / f32(blocker_taps));
+}
+
 // [Fernando2005 §blocker search] Mean of the blockers' distance over the receiver's, in a region that the nearest occluder of the
 // map could shadow from; negative where there is no blocker.
 fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
@@ -48,14 +60,19 @@ fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
     var sum = 0.0;
     var blockers = 0.0;
     for (var i = 0u; i < blocker_taps; i++) {
-        let tap = tap_on_light(i, 0u, blocker_taps);
+        let tap = tap_on_light(i, 0u, blocker_taps) * search_scale(i);
         let sight = sight_beside(receiver, tap * half_extent);
         if !is_on_light(tap) || !sight.covered {
             continue;
         }
         let texel = covering_texel(sight);
-        if !texel_is_lit(sight, texel) {
-            sum += sight.closeness / stored_closeness(sight, texel);
+        if texel_is_lit(sight, texel) {
+            continue;
+        }
+        // A blocker farther from the light must be nearer the centre to hide any of it.
+        let ratio = stored_closeness(sight, texel) / sight.closeness;
+        if all(abs(tap) * half_extent <= penumbra_half_extent(ratio)) {
+            sum += 1.0 / ratio;
             blockers += 1.0;
         }
     }
@@ -68,18 +85,14 @@ fn filter_shadow(receiver: LightReceiver, half_extent: vec2f) -> f32 {
     var count = 0.0;
     for (var i = 0u; i < filter_taps; i++) {
         let tap = tap_on_light(i, blocker_taps, filter_taps);
-        if !is_on_light(tap) {
-            continue;
-        }
         let sight = sight_beside(receiver, tap * half_extent);
-        count += 1.0;
-        var is_lit = true;
-        if sight.covered {
-            is_lit = texel_is_lit(sight, covering_texel(sight));
+        if !is_on_light(tap) || !sight.covered {
+            continue;  // beyond the map nothing is known
         }
-        lit += select(0.0, 1.0, is_lit);
+        count += 1.0;
+        lit += select(0.0, 1.0, texel_is_lit(sight, covering_texel(sight)));
     }
-    return lit / max(count, 1.0);
+    return select(0.0, lit / count, count > 0.0);
 }
 
 @compute @workgroup_size(8, 8)
@@ -95,8 +108,8 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     }
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let center = sight_through(0u, receiver, receiver.point);
-    if !center.possible {
-        visibility[pixel] = 0.0;
+    if !center.possible || !center.covered {
+        visibility[pixel] = select(0.0, 1.0, center.possible);
         return;
     }
     let blocker_share = mean_blocker_share(receiver, center);
