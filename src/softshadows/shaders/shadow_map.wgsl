@@ -71,14 +71,14 @@ fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
 
 // How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver:
 // for vertices that the rasteriser snaps to a fraction of a texel, times the receiver's slope; for surfaces that curve
-// within a texel; and for the part of the slope beyond 77 degrees, where a curved surface ends within the texel. Then how
+// within a texel; and for the part of the slope beyond 74 degrees, where a curved surface ends within the texel. Then how
 // far an occluder may be to be the receiver's own neighbourhood, and how alike the differences on a smooth surface are.
 // Measured: docs/decisions/0002-bias.md.
 const SNAP_BIAS_TEXELS = 0.1;
 const CURVATURE_BIAS_TEXELS = 0.5;
 const FLOAT_BIAS = 2e-6;  // of the closeness
-const GRAZING_BIAS_TEXELS = 1.8;
-const GRAZING_SLOPE = 4.5;  // 77 degrees
+const GRAZING_BIAS_TEXELS = 1.1;
+const GRAZING_SLOPE = 3.5;  // 74 degrees
 const GRAZING_SLOPE_LIMIT = 60.0;
 const SMOOTH_RATIO = 4.0;
 const CREASE_TEXELS = 8.0;
