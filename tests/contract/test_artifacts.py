@@ -64,7 +64,7 @@ def test_no_acne_on_a_lit_sphere_at_any_incidence(technique: Any, grazing: bool)
             lit += int(chosen.sum())
             dark += int((frame.visibility[0][chosen] < 0.98).sum())
     assert lit > 2000
-    # R07 asks for 1e-5 above 80 degrees. The grazing bias that reaches it here leaks in `leaves`: decisions/0002-bias.md.
+    # R07 asks for 1e-5 above 80 degrees. The bias that reaches it leaks in `leaves`: docs/decisions/0002-bias.md.
     assert dark <= (1e-4 if grazing else 0.0) * lit, f"{dark} of {lit} lit pixels have occlusion above 0.02"
 
 
