@@ -2,6 +2,7 @@
 // texel i covers [i, i + 1) / width, bilinear weights from u * width - 0.5, row 0 at v = 0.
 
 //#include "scene.wgsl"
+//#include "packing.wgsl"
 
 fn wrap_texel(texel: i32, size: i32, mode: u32) -> i32 {
     if mode == 2u {  // clamp
@@ -34,12 +35,6 @@ fn texture_texel(record: TextureRecord, level: u32, texel: vec2i) -> vec4f {
     return textureLoad(texture_pages, texture_level_origin(record, level) + wrapped, record.page, 0);
 }
 
-fn srgb_to_linear_texel(color: vec4f) -> vec4f {
-    let low = color.rgb / 12.92;
-    let high = pow((color.rgb + 0.055) / 1.055, vec3f(2.4));
-    return vec4f(select(high, low, color.rgb <= vec3f(0.04045)), color.a);
-}
-
 fn texture_coordinates(record: TextureRecord, texcoords: vec4f) -> vec2f {
     let uv = vec3f(select(texcoords.xy, texcoords.zw, record.texcoord == 1u), 1.0);
     return vec2f(dot(record.transform_u, uv), dot(record.transform_v, uv));
@@ -52,7 +47,7 @@ fn sample_texture_level(record: TextureRecord, uv: vec2f, level: u32, is_color: 
     let scaled = select(fract(uv * 0.5) * 2.0, uv, vec2<bool>(record.wrap_u == 2u, record.wrap_v == 2u)) * size;
     if record.nearest == 1u {
         let texel = texture_texel(record, level, vec2i(floor(clamp(scaled, vec2f(-2e9), vec2f(2e9)))));
-        return select(texel, srgb_to_linear_texel(texel), is_color);
+        return select(texel, vec4f(srgb_to_linear(texel.rgb), texel.a), is_color);
     }
     let corner = clamp(scaled - 0.5, vec2f(-2e9), vec2f(2e9));
     let base = vec2i(floor(corner));
@@ -60,7 +55,7 @@ fn sample_texture_level(record: TextureRecord, uv: vec2f, level: u32, is_color: 
     var texels = array<vec4f, 4>();
     for (var i = 0; i < 4; i++) {
         let texel = texture_texel(record, level, base + vec2i(i & 1, i >> 1u));
-        texels[i] = select(texel, srgb_to_linear_texel(texel), is_color);
+        texels[i] = select(texel, vec4f(srgb_to_linear(texel.rgb), texel.a), is_color);
     }
     return mix(mix(texels[0], texels[1], weight.x), mix(texels[2], texels[3], weight.x), weight.y);
 }
