@@ -53,6 +53,7 @@ class SceneBuffers:
         self.gpu, self.geometry = gpu, geometry
         self.triangle_count = len(geometry.triangles)
         self.opaque_count = geometry.opaque_count
+        self.solid_count = geometry.solid_count
         self.diagonal = geometry.diagonal
         self.bytes = 0
         vertex, index = _USAGE.STORAGE | _USAGE.VERTEX, _USAGE.STORAGE | _USAGE.INDEX
@@ -80,8 +81,8 @@ class SceneBuffers:
         self.layout, self.bindings = self._bind()
 
     def move(self, geometry: Geometry) -> None:
-        """Replace positions, normals and face normals after nodes moved; counts and materials are unchanged."""
-        self.geometry, self.diagonal = geometry, geometry.diagonal
+        """Replace positions, normals and face normals after nodes moved; only the number of solid triangles may change with them."""
+        self.geometry, self.diagonal, self.solid_count = geometry, geometry.diagonal, geometry.solid_count
         queue = self.gpu.device.queue
         queue.write_buffer(self.positions, 0, geometry.positions)
         queue.write_buffer(self.indices, 0, geometry.triangles)

@@ -10,21 +10,27 @@ import numpy.typing as npt
 
 from softshadows.errors import SceneError
 from softshadows.scene.model import Material, Node, Scene
+from softshadows.scene.solids import is_solid
 
 Floats = npt.NDArray[np.float32]
 
 _CHUNK = 1 << 15
 """Triangles or vertices worked on at one time, so that the intermediate numbers stay in the processor's cache."""
 
+FLATTENED = 1e-6
+"""Determinant over the cube of a transform's norm (0.19 for a rotation) below which float32 may turn faces around."""
+
 
 @dataclass(frozen=True, eq=False)
 class Geometry:
-    """World-space triangles, opaque ones first, then those with an alpha cutoff.
+    """World-space triangles: those of solid nodes first (`solids.py`), then other opaque ones, then those with an alpha
+    cutoff.
 
     positions (v, 3) float32; triangles (t, 3) uint32; normals (v, 3) float32, zero where the mesh has none (flat);
     texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by
-    winding, zero for degenerate triangles; material_index (t,) uint32 into `materials`; opaque_count: triangles before
-    the masked ones; node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
+    winding, zero for degenerate triangles; material_index (t,) uint32 into `materials`; solid_count: triangles of solid
+    nodes; opaque_count: triangles before the masked ones; solid_boxes (k, 2, 3) float32: low and high corner of each
+    solid node; node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
     """
 
     positions: Floats
@@ -35,7 +41,9 @@ class Geometry:
     face_normals: Floats
     material_index: npt.NDArray[np.uint32]
     materials: list[Material]
+    solid_count: int
     opaque_count: int
+    solid_boxes: Floats
     node_starts: npt.NDArray[np.int64]
 
     @cached_property
@@ -54,7 +62,8 @@ class Geometry:
 def flatten(scene: Scene) -> Geometry:
     """All nodes of `scene` in world space. Raises SceneError where a transform or its result is not finite."""
     nodes = [node for node in scene.nodes if len(node.mesh.triangles)]
-    nodes.sort(key=lambda node: node.mesh.material.alpha_cutoff is not None)  # stable: opaque first
+    solid = _solid_nodes(nodes)
+    nodes.sort(key=lambda node: (id(node) not in solid, node.mesh.material.alpha_cutoff is not None))  # stable
     materials = list({id(node.mesh.material): node.mesh.material for node in nodes}.values())
     index_of = {id(material): index for index, material in enumerate(materials)}
 
@@ -66,7 +75,8 @@ def flatten(scene: Scene) -> Geometry:
     triangles = np.empty((triangle_count, 3), np.uint32)
     material_index = np.empty(triangle_count, np.uint32)
 
-    vertex_base = triangle_base = opaque_count = 0
+    vertex_base = triangle_base = solid_count = opaque_count = 0
+    solid_boxes = []
     for node in nodes:
         mesh, linear = node.mesh, _transform(node)[:3, :3]
         vertices = slice(vertex_base, vertex_base + len(mesh.positions))
@@ -85,6 +95,9 @@ def flatten(scene: Scene) -> Geometry:
         vertex_base, triangle_base = vertices.stop, faces.stop
         if mesh.material.alpha_cutoff is None:
             opaque_count = triangle_base
+        if id(node) in solid:
+            solid_count = triangle_base
+            solid_boxes.append((positions[vertices].min(axis=0), positions[vertices].max(axis=0)))
 
     return Geometry(
         positions=positions,
@@ -95,9 +108,21 @@ def flatten(scene: Scene) -> Geometry:
         face_normals=_face_normals(positions, triangles),
         material_index=material_index,
         materials=materials,
+        solid_count=solid_count,
         opaque_count=opaque_count,
+        solid_boxes=np.array(solid_boxes, np.float32).reshape(-1, 2, 3),
         node_starts=np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)]),
     )
+
+
+def _solid_nodes(nodes: list[Node]) -> set[int]:
+    """The ids of nodes that place a solid mesh and keep its volume."""
+    solid_meshes = {id(mesh) for mesh in {id(node.mesh): node.mesh for node in nodes}.values() if is_solid(mesh)}
+
+    def keeps_volume(linear: np.ndarray) -> bool:
+        return abs(np.linalg.det(linear)) > FLATTENED * np.linalg.norm(linear) ** 3
+
+    return {id(node) for node in nodes if id(node.mesh) in solid_meshes and keeps_volume(_transform(node)[:3, :3])}
 
 
 def _transform(node: Node) -> npt.NDArray[np.float64]:

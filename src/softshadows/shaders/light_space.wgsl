@@ -1,8 +1,9 @@
 // Light space: metres along the light's right, up and back from its centre. A light sample is a point (x, y, 0) of it.
 //
 // A sample's surroundings are cut into the six faces of a cube that is aligned with light space, and a direction has
-// face coordinates (a, b, d): d > 0 along the face's axis, a and b across. A shadow map of a face is a window in the
-// tangents (a / d, b / d) and holds closeness = 1 / d, which is linear in the map's image wherever the surface is a plane.
+// face coordinates (a, b, d): d > 0 along the face's axis, a and b across; left-handed in all six, so that a triangle that
+// faces the light is wound alike in every map. A shadow map of a face is a window in the tangents (a / d, b / d) and
+// holds closeness = 1 / d, which is linear in the map's image wherever the surface is a plane.
 // A directional light has one face, the window is in metres (a, b), and closeness = (far - d) / (far - near).
 
 //#struct ShadowLight
@@ -19,11 +20,11 @@ fn to_light_space(light: ShadowLight, vector_ws: vec3f) -> vec3f {
 fn face_coordinates(face: u32, v: vec3f) -> vec3f {
     switch face {
         case 0u: { return vec3f(v.x, v.y, -v.z); }
-        case 1u: { return vec3f(v.y, v.z, v.x); }
+        case 1u: { return vec3f(-v.y, v.z, v.x); }
         case 2u: { return vec3f(v.y, v.z, -v.x); }
         case 3u: { return vec3f(v.x, v.z, v.y); }
-        case 4u: { return vec3f(v.x, v.z, -v.y); }
-        default: { return v; }
+        case 4u: { return vec3f(-v.x, v.z, -v.y); }
+        default: { return vec3f(-v.x, v.y, v.z); }
     }
 }
 

@@ -21,9 +21,10 @@ struct DrawCounter {
 @group(0) @binding(2) var<storage, read> receiver_boxes: array<ReceiverBox>;
 @group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
 @group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
-@group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // opaque and masked, by chunk
+@group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // solid, opaque and masked, by chunk
 
 const LANES = 64u;
+const DRAWS = 3u;  // solid, opaque, masked
 const EMPTY_LOW = vec2f(3e38);
 const EMPTY_HIGH = vec2f(-3e38);
 const WINDOW_LIMIT = 1.0;      // faces meet at 45 degrees
@@ -225,8 +226,10 @@ fn cs_fit_views(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
                 row += height;
             }
             let chunk = sample_index / light.samples_per_chunk;
-            let slot = atomicAdd(&draw_counters[2u * chunk].instance_count, 1u);
-            atomicAdd(&draw_counters[2u * chunk + 1u].instance_count, 1u);
+            let slot = atomicAdd(&draw_counters[DRAWS * chunk].instance_count, 1u);
+            for (var draw = 1u; draw < DRAWS; draw++) {
+                atomicAdd(&draw_counters[DRAWS * chunk + draw].instance_count, 1u);
+            }
             draw_views[chunk * light.samples_per_chunk * FACES + slot] = draw_view(face, sample_ls, view);
         }
         shadow_views[view_index] = view;

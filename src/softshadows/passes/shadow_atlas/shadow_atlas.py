@@ -33,6 +33,10 @@ _HERE = Path(__file__).parent
 _STAGES = wgpu.ShaderStage
 _USAGE = wgpu.BufferUsage
 FACES = 6
+DRAWS = 3  # per chunk: triangles of solids that face the light, all other opaque ones, masked ones
+DRAW_BYTES = 20  # of an indirect draw's arguments
+FARTHEST_CORNER = 4.4
+"""Distance of the farthest point of a window's near plane, in near distances: the front window's tangents reach 3."""
 BOX_EDGE = 8  # pixels
 UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
 AUTO_TILE_PER_IMAGE = 4.0
@@ -224,7 +228,7 @@ class ShadowAtlas:
         storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
         self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write | _USAGE.COPY_SRC)
         self._samples = buffer(16 * plan.samples, storage | write)
-        self._arguments = buffer(40 * plan.chunks, storage | _USAGE.INDIRECT | write)
+        self._arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
         self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
         self._draw_views = buffer(
@@ -287,9 +291,10 @@ class ShadowAtlas:
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
-        self._opaque, self._masked = self._draw_pipelines()
+        self._solid, self._opaque, self._masked = self._draw_pipelines()
 
-    def _draw_pipelines(self) -> tuple[wgpu.GPURenderPipeline, wgpu.GPURenderPipeline]:
+    def _draw_pipelines(self) -> list[wgpu.GPURenderPipeline]:
+        """The pipelines of a chunk's draws."""
         clips = "clip-distances" in self._gpu.features
         device = self._gpu.device
         module = shader_module(
@@ -305,18 +310,21 @@ class ShadowAtlas:
         ]
         views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
 
-        def pipeline(kind: str, buffers: list, fragment: str | None) -> wgpu.GPURenderPipeline:
+        def pipeline(kind: str, buffers: list, fragment: str | None, cull: str) -> wgpu.GPURenderPipeline:
             return device.create_render_pipeline(
                 layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
                 vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
-                primitive={"topology": "triangle-list", "cull_mode": "none"},
+                primitive={"topology": "triangle-list", "front_face": "cw", "cull_mode": cull},
                 depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
                 fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
             )
 
-        return pipeline("opaque", [views, positions], None if clips else "fs_opaque"), pipeline(
-            "masked", [views], "fs_masked"
-        )
+        opaque_fragment = None if clips else "fs_opaque"
+        return [
+            pipeline("opaque", [views, positions], opaque_fragment, "back"),
+            pipeline("opaque", [views, positions], opaque_fragment, "none"),
+            pipeline("masked", [views], "fs_masked", "none"),
+        ]
 
     def _write_chunks(self) -> None:
         """The chunks' uniforms: the same for every frame."""
@@ -383,9 +391,11 @@ class ShadowAtlas:
         )
         samples = np.zeros((plan.samples, 4), np.float32)
         samples[:, :2], samples[:, 2] = sampled.points, sampled.weights
-        # Two draws per chunk: count, instances (filled by the fit), first, base vertex, first instance.
-        opaque, total = 3 * scene.opaque_count, 3 * scene.triangle_count
-        arguments = np.array([[opaque, 0, 0, 0, 0], [total - opaque, 0, opaque, 0, 0]], np.uint32)
+        # A chunk's draws: count, instances (filled by the fit), first, base vertex, first instance.
+        solid = 0 if _reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
+        ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])
+        arguments = np.zeros((DRAWS, DRAW_BYTES // 4), np.uint32)
+        arguments[:, 0], arguments[:, 2] = np.diff(ends), ends[:-1]
         return pack(uniforms) + samples.tobytes() + np.tile(arguments, (plan.chunks, 1)).tobytes()
 
     def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
@@ -427,15 +437,30 @@ class ShadowAtlas:
         draw.set_bind_group(1, scene.bindings)
         first_view = chunk * self.plan.samples_per_chunk * FACES
         draw.set_vertex_buffer(0, self._draw_views, first_view * dtype(DrawView).itemsize)
+        arguments = DRAW_BYTES * DRAWS * chunk
         if scene.opaque_count:
-            draw.set_pipeline(self._opaque)
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
-            draw.draw_indexed_indirect(self._arguments, 40 * chunk)
+            draw.set_pipeline(self._solid)
+            draw.draw_indexed_indirect(self._arguments, arguments)
+            draw.set_pipeline(self._opaque)
+            draw.draw_indexed_indirect(self._arguments, arguments + DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
             draw.set_pipeline(self._masked)
-            draw.draw_indirect(self._arguments, 40 * chunk + 20)
+            draw.draw_indirect(self._arguments, arguments + 2 * DRAW_BYTES)
         draw.end()
+
+
+def _reaches_into(boxes: np.ndarray, light: Light, margin: float) -> bool:
+    """Can a point of the light lie within `margin` metres of one of the solids in `boxes` (k, 2, 3), or inside it?
+
+    Then the light sees that solid from within, or its near planes cut it open.
+    """
+    if light.kind == "directional":
+        return False
+    right, up, _ = np.abs(light.axes)
+    reach = light.half_extent[0] * right + light.half_extent[1] * up + margin
+    return bool(((boxes[:, 0] <= light.center + reach) & (boxes[:, 1] >= light.center - reach)).all(axis=1).any())
 
 
 def _depth_range(bounds: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
