@@ -21,7 +21,7 @@ def mesh(positions: npt.ArrayLike, triangles: npt.ArrayLike, material: ss.Materi
     return ss.Mesh(np.array(positions, np.float32), np.array(triangles, np.uint32), material=material)
 
 
-def cube(triangles: npt.ArrayLike = CUBE.triangles, offset: npt.ArrayLike = 0.0) -> ss.Mesh:
+def cube(triangles: npt.ArrayLike = CUBE.triangles, offset: float = 0.0) -> ss.Mesh:
     """The unit cube, with other triangles or elsewhere."""
     return mesh(CUBE.positions + np.float32(offset), triangles)
 

@@ -81,7 +81,7 @@ class SceneBuffers:
         self.layout, self.bindings = self._bind()
 
     def move(self, geometry: Geometry) -> None:
-        """Replace positions, normals and face normals after nodes moved; only the number of solid triangles may change with them."""
+        """Replace positions, normals and face normals after nodes moved; of the counts only solid_count may change."""
         self.geometry, self.diagonal, self.solid_count = geometry, geometry.diagonal, geometry.solid_count
         queue = self.gpu.device.queue
         queue.write_buffer(self.positions, 0, geometry.positions)
