@@ -102,7 +102,8 @@ def main() -> None:
 
         def atlas_pass(encoder: wgpu.GPUCommandEncoder) -> None:
             for chunk in range(atlas.plan.chunks):
-                atlas.encode_draw(encoder, timer, chunk)
+                starts_batch = atlas.plan.starts_batch(chunk)
+                atlas.encode_draw(encoder, timer, chunk, clears_atlas=starts_batch, clears_views=False)
 
         def timed(encode: object) -> tuple[float, float]:
             started = time.perf_counter()

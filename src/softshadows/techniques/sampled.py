@@ -107,9 +107,13 @@ class SampledPass(TechniquePass):
 
     def encode(self, commands: Commands) -> None:
         for atlas, index in self._turns:
-            atlas.encode_fit(commands.encoder, commands.timer, index)
+            atlas.encode_receivers(commands.encoder, commands.timer, index)
+            atlas.encode_fit(commands.encoder, commands.timer)
             for chunk in range(atlas.plan.chunks):
-                atlas.encode_draw(commands.encoder, commands.timer, chunk)
+                starts_batch = atlas.plan.starts_batch(chunk)
+                atlas.encode_draw(
+                    commands.encoder, commands.timer, chunk, clears_atlas=starts_batch, clears_views=False
+                )
                 self._encode_lookups(commands, atlas, chunk)
                 commands.account(self._chunk_ms(atlas))
 

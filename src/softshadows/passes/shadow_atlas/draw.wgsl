@@ -17,6 +17,12 @@ struct MaskedOccluder {
     @location(2) alpha: f32,
 };
 
+// Nothing is in a view before its triangles: two triangles over it, whose depth always passes.
+@vertex
+fn vs_clear(@builtin(vertex_index) index: u32, view: View) -> @builtin(position) vec4f {
+    return vec4f(view_corner(index, view) - 1.0, 0.0, 1.0) * vec4f(1.0, -1.0, 1.0, 1.0);
+}
+
 @vertex
 fn vs_opaque(@location(0) position_ws: vec3f, view: View) -> Occluder {
     let projection = project(position_ws, view);

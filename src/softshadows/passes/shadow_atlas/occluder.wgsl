@@ -32,6 +32,12 @@ fn project(position_ws: vec3f, view: View) -> Projection {
     );
 }
 
+// A corner of the two triangles that cover the view, from 0 to 2 across the atlas.
+fn view_corner(index: u32, view: View) -> vec2f {
+    let is_high = vec2<bool>(index == 1u || index == 2u || index == 4u, index == 2u || index == 4u || index == 5u);
+    return select(view.edges.xy, view.edges.zw, is_high);
+}
+
 fn is_cut_out(triangle: u32, texcoords: vec4f, vertex_alpha: f32) -> bool {
     let material = materials[triangle_material(triangle)];
     return surface_alpha(material, texcoords, vertex_alpha) < material.alpha_cutoff;

@@ -1,13 +1,14 @@
 """All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
 
     receivers.wgsl   boxes around what the camera sees and something can shadow, 8×8 pixels each, in light space
-    fit.wgsl         per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile;
+    windows.wgsl     per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile;
                      draw list
+    fit.wgsl         the windows of every sample, around all boxes
     draw.wgsl        the occluders, one instance per window
 
 Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas
 at one time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns
-in the same buffers: per light a technique calls `encode_fit` and then, per chunk, `encode_draw` and its own look-ups.
+in the same buffers: per light a technique calls `encode_receivers`, a fit, and then, per chunk, `encode_draw` and its own look-ups.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ _HERE = Path(__file__).parent
 _STAGES = wgpu.ShaderStage
 _USAGE = wgpu.BufferUsage
 FACES = 6
-DRAWS = 3  # per chunk: triangles of solids that face the light, all other opaque ones, masked ones
+DRAWS = 4  # per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones
 DRAW_BYTES = 20  # of an indirect draw's arguments
 FARTHEST_CORNER = 4.4
 """Distance of the farthest point of a window's near plane, in near distances: the front window's tangents reach 3."""
@@ -128,26 +129,24 @@ SHADOW_STRUCTS = (ShadowLight, ShadowView)
 
 @dataclass(frozen=True)
 class AtlasPlan:
-    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, in texels."""
+    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, in texels, and `atlas_size` the atlas's."""
 
     samples: int
     tile: int
     is_auto: bool
     tiles_per_row: int
+    atlas_size: int
     samples_per_batch: int
     samples_per_chunk: int
-
-    @property
-    def atlas_size(self) -> int:
-        return self.tile * self.tiles_per_row
+    chunks: int
 
     @property
     def bytes(self) -> int:
         return 4 * self.atlas_size**2
 
-    @property
-    def chunks(self) -> int:
-        return -(-self.samples // self.samples_per_chunk)
+    def starts_batch(self, chunk: int) -> bool:
+        """Is the chunk the first of its batch?"""
+        return chunk * self.samples_per_chunk % self.samples_per_batch == 0
 
 
 def plan_atlas(
@@ -180,7 +179,16 @@ def plan_atlas(
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
     per_chunk = int(np.clip(SUBMIT_MS / max(milliseconds, 1e-6), 1, min(per_row * per_row, samples)))
     per_batch = per_row * per_row // per_chunk * per_chunk
-    return AtlasPlan(samples, tile, resolution == "auto", per_row, per_batch, per_chunk)
+    return AtlasPlan(
+        samples=samples,
+        tile=tile,
+        is_auto=resolution == "auto",
+        tiles_per_row=per_row,
+        atlas_size=tile * per_row,
+        samples_per_batch=per_batch,
+        samples_per_chunk=per_chunk,
+        chunks=-(-samples // per_chunk),
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +299,7 @@ class ShadowAtlas:
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
-        self._solid, self._opaque, self._masked = self._draw_pipelines()
+        self._clear, self._solid, self._opaque, self._masked = self._draw_pipelines()
 
     def _draw_pipelines(self) -> list[wgpu.GPURenderPipeline]:
         """The pipelines of a chunk's draws."""
@@ -310,17 +318,20 @@ class ShadowAtlas:
         ]
         views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
 
-        def pipeline(kind: str, buffers: list, fragment: str | None, cull: str) -> wgpu.GPURenderPipeline:
+        def pipeline(
+            kind: str, buffers: list, fragment: str | None, cull: str, compare: str = "greater"
+        ) -> wgpu.GPURenderPipeline:
             return device.create_render_pipeline(
                 layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
                 vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
                 primitive={"topology": "triangle-list", "front_face": "cw", "cull_mode": cull},
-                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
+                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": compare},
                 fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
             )
 
         opaque_fragment = None if clips else "fs_opaque"
         return [
+            pipeline("clear", [views], None, "none", "always"),
             pipeline("opaque", [views, positions], opaque_fragment, "back"),
             pipeline("opaque", [views, positions], opaque_fragment, "none"),
             pipeline("masked", [views], "fs_masked", "none"),
@@ -395,12 +406,13 @@ class ShadowAtlas:
         solid = 0 if _reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
         ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])
         arguments = np.zeros((DRAWS, DRAW_BYTES // 4), np.uint32)
-        arguments[:, 0], arguments[:, 2] = np.diff(ends), ends[:-1]
+        arguments[0, 0] = 6
+        arguments[1:, 0], arguments[1:, 2] = np.diff(ends), ends[:-1]
         return pack(uniforms) + samples.tobytes() + np.tile(arguments, (plan.chunks, 1)).tobytes()
 
-    def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
-        """Let light `index` take its turn: fit all its views to what the G-buffer sees."""
-        assert self._staging is not None, "set_lights() comes before encode_fit()"
+    def encode_receivers(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
+        """Let light `index` take its turn: boxes around what the G-buffer sees and something can shadow."""
+        assert self._staging is not None, "set_lights() comes before encode_receivers()"
         offset = index * self._stride
         for buffer in self._per_light:
             encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)
@@ -411,6 +423,11 @@ class ShadowAtlas:
         fit.set_bind_group(1, self._scene.bindings)
         fit.set_bind_group(2, self._receivers_bindings)
         fit.dispatch_workgroups(*self._groups)
+        fit.end()
+
+    def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
+        """Fit all the light's views to its receivers."""
+        fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
         fit.set_pipeline(self._fit)
         fit.set_bind_group(0, self._fit_bindings)
         fit.dispatch_workgroups(self.plan.samples)
@@ -420,12 +437,13 @@ class ShadowAtlas:
         """The dynamic offset of the chunk's uniforms."""
         return UNIFORM_ALIGNMENT * chunk
 
-    def encode_draw(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int) -> None:
-        """Draw the chunk's occluders; the first chunk of a batch clears the atlas."""
-        starts_batch = chunk * self.plan.samples_per_chunk % self.plan.samples_per_batch == 0
+    def encode_draw(
+        self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int, *, clears_atlas: bool, clears_views: bool
+    ) -> None:
+        """Draw the chunk's occluders, into a cleared atlas, or into views that are cleared one by one."""
         attachment = {
             "view": self._depth_view,
-            "depth_load_op": "clear" if starts_batch else "load",
+            "depth_load_op": "clear" if clears_atlas else "load",
             "depth_store_op": "store",
             "depth_clear_value": 0.0,
         }
@@ -438,16 +456,19 @@ class ShadowAtlas:
         first_view = chunk * self.plan.samples_per_chunk * FACES
         draw.set_vertex_buffer(0, self._draw_views, first_view * dtype(DrawView).itemsize)
         arguments = DRAW_BYTES * DRAWS * chunk
+        if clears_views:
+            draw.set_pipeline(self._clear)
+            draw.draw_indirect(self._arguments, arguments)
         if scene.opaque_count:
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
             draw.set_pipeline(self._solid)
-            draw.draw_indexed_indirect(self._arguments, arguments)
-            draw.set_pipeline(self._opaque)
             draw.draw_indexed_indirect(self._arguments, arguments + DRAW_BYTES)
+            draw.set_pipeline(self._opaque)
+            draw.draw_indexed_indirect(self._arguments, arguments + 2 * DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
             draw.set_pipeline(self._masked)
-            draw.draw_indirect(self._arguments, arguments + 2 * DRAW_BYTES)
+            draw.draw_indirect(self._arguments, arguments + 3 * DRAW_BYTES)
         draw.end()
 
 

@@ -1,0 +1,243 @@
+// Windows of the shadow maps: for each face of a light sample's cube, what holds the receivers that reach into it, and how many
+// texels it asks for so that a texel is as large as a pixel at the receivers. The faces in use then share the sample's tile of
+// the atlas, and join the list of views to draw.
+//
+// One workgroup of LANES fits a sample. The including file says by `is_receiver(box, sample)` whose boxes count.
+
+//#include "light_space.wgsl"
+//#struct ReceiverBox
+//#struct DrawView
+
+struct DrawCounter {
+    index_count: u32,
+    instance_count: atomic<u32>,
+    first_index: u32,
+    base_vertex: u32,
+    first_instance: u32,
+};
+
+@group(0) @binding(0) var<uniform> light: ShadowLight;
+@group(0) @binding(1) var<storage, read> light_samples: array<vec4f>;
+@group(0) @binding(2) var<storage, read> receiver_boxes: array<ReceiverBox>;
+@group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
+@group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
+@group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // DRAWS by chunk
+
+const LANES = 64u;
+const DRAWS = 4u;  // cleared views, solid, opaque, masked triangles
+const EMPTY_LOW = vec2f(3e38);
+const EMPTY_HIGH = vec2f(-3e38);
+const WINDOW_LIMIT = 1.0;      // faces meet at 45 degrees
+const FRONT_LIMIT = 3.0;       // how far the front window may reach over the other faces, to 72 degrees
+const FRONT_GROWTH = 3.0;      // by how much its area may grow for it: every face less is one drawing of the scene less
+const SMALLEST_VIEW = 8.0;     // texels
+const SMALLEST_SHARE = 0.0625; // of the tile's edge
+
+var<workgroup> window_lows: array<vec2f, LANES>;
+var<workgroup> window_highs: array<vec2f, LANES>;
+var<workgroup> demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
+
+struct Window {
+    low: vec2f,
+    high: vec2f,
+    texels_per_unit: f32,
+};
+
+// The range of (x / d) for x in [low, high] and d in [near, far], near > 0.
+fn quotient_range(low: f32, high: f32, near: f32, far: f32) -> vec2f {
+    return vec2f(low / select(far, near, low < 0.0), high / select(near, far, high < 0.0));
+}
+
+// The face's window around all receiver boxes, found by all lanes together.
+fn face_window(face: u32, window_limit: f32, sample: u32, lane: u32) -> Window {
+    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
+    var low = EMPTY_LOW;
+    var high = EMPTY_HIGH;
+    var demand = vec2f(0.0);
+    for (var i = lane; i < light.box_count; i += LANES) {
+        let box = receiver_boxes[i];
+        if box.count == 0.0 || !is_receiver(i, sample) {
+            continue;
+        }
+        let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
+        let corner_0 = face_coordinates(face, box.low - beside - sample_ls);
+        let corner_1 = face_coordinates(face, box.high + beside - sample_ls);
+        let box_low = min(corner_0, corner_1);
+        let box_high = max(corner_0, corner_1);
+        var limit = 3e38;
+        var near = 1.0;
+        var far = 1.0;
+        if light.is_directional == 0u {
+            if box_high.z <= 0.0 {
+                continue;
+            }
+            limit = window_limit;
+            near = max(box_low.z, 1e-6 * box_high.z);
+            far = box_high.z;
+        }
+        let range_a = quotient_range(box_low.x, box_high.x, near, far);
+        let range_b = quotient_range(box_low.y, box_high.y, near, far);
+        if range_a.x > limit || range_a.y < -limit || range_b.x > limit || range_b.y < -limit {
+            continue;
+        }
+        low = min(low, max(vec2f(range_a.x, range_b.x), vec2f(-limit)));
+        high = max(high, min(vec2f(range_a.y, range_b.y), vec2f(limit)));
+        let depth = select(0.5 * (near + far), 1.0, light.is_directional == 1u);
+        demand += vec2f(box.count * depth / box.footprint, box.count);
+    }
+    window_lows[lane] = low;
+    window_highs[lane] = high;
+    demands[lane] = demand;
+    for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
+        workgroupBarrier();
+        if lane < stride {
+            window_lows[lane] = min(window_lows[lane], window_lows[lane + stride]);
+            window_highs[lane] = max(window_highs[lane], window_highs[lane + stride]);
+            demands[lane] += demands[lane + stride];
+        }
+    }
+    workgroupBarrier();
+    let result = Window(window_lows[0], window_highs[0], light.texels_per_pixel * demands[0].x / max(demands[0].y, 1.0));
+    workgroupBarrier();
+    return result;
+}
+
+// Place the window in `size` texels of the atlas from `origin` on.
+fn place(window: Window, origin: vec2f, size: vec2f) -> ShadowView {
+    let room = floor(size) - 2.0 * light.margin_texels;
+    let extent = max(window.high - window.low, vec2f(1e-6 * max(light.window_scale, 1e-20)));
+    var texels_per_unit = room / extent;
+    if light.is_auto == 1u {
+        texels_per_unit = min(texels_per_unit, vec2f(window.texels_per_unit));
+        texels_per_unit = max(texels_per_unit, vec2f(SMALLEST_VIEW) / extent);
+    }
+    let used = min(ceil(extent * texels_per_unit) + 2.0 * light.margin_texels, floor(size));
+    return ShadowView(window.low - light.margin_texels / texels_per_unit, texels_per_unit, vec2u(origin), vec2u(used));
+}
+
+// Can the wide front window hold all that the other faces' windows hold?
+fn front_can_hold(windows: array<Window, FACES>, wide_front: Window) -> bool {
+    let front = windows[FRONT];
+    if is_empty(front) || !is_empty(windows[BACK]) {
+        return false;
+    }
+    for (var face = 1u; face < BACK; face++) {
+        // b = z / |axis| on the faces beside the front: -1 at the front's edge, -1 / limit at the wide front's.
+        if !is_empty(windows[face]) && windows[face].high.y > -1.0 / FRONT_LIMIT {
+            return false;
+        }
+    }
+    let extent = front.high - front.low;
+    let wide_extent = wide_front.high - wide_front.low;
+    return wide_extent.x * wide_extent.y <= FRONT_GROWTH * extent.x * extent.y;
+}
+
+fn is_empty(window: Window) -> bool {
+    return any(window.low > window.high);
+}
+
+// The view as rows of a matrix from world positions (relative to the light's centre) to the atlas: x and y from 0 to 2 across it.
+fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
+    // The face's axes in world space: light space turned into face coordinates, column by column.
+    let x = face_coordinates(face, vec3f(light.right_ws.x, light.up_ws.x, light.back_ws.x));
+    let y = face_coordinates(face, vec3f(light.right_ws.y, light.up_ws.y, light.back_ws.y));
+    let z = face_coordinates(face, vec3f(light.right_ws.z, light.up_ws.z, light.back_ws.z));
+    let offset = face_coordinates(face, -sample_ls);
+    let a = vec4f(x.x, y.x, z.x, offset.x);
+    let b = vec4f(x.y, y.y, z.y, offset.y);
+    let d = vec4f(x.z, y.z, z.z, offset.z);
+    let one = vec4f(0.0, 0.0, 0.0, 1.0);
+    var w = d;
+    var closeness_w = one * light.depth_scale;
+    if light.is_directional == 1u {
+        w = one;
+        closeness_w = (one * light.far - d) / (light.far - light.near);
+    }
+    let unit = 2.0 / f32(light.atlas_size);
+    let origin = vec2f(view.origin);
+    let end = origin + vec2f(view.size);
+    return DrawView(
+        unit * (view.texels_per_unit.x * (a - view.window_low.x * w) + origin.x * w),
+        unit * (view.texels_per_unit.y * (b - view.window_low.y * w) + origin.y * w),
+        closeness_w,
+        w,
+        unit * vec4f(origin, end),
+    );
+}
+
+// A sample's tile: its number in the atlas, the tiles' size and arrangement, and the chunk that draws it.
+struct Slot {
+    index: u32,
+    tile_size: u32,
+    tiles_per_row: u32,
+    chunk: u32,
+};
+
+fn fit_sample(sample: u32, slot: Slot, lane: u32) {
+    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
+    let face_count = select(FACES, 1u, light.is_directional == 1u);
+    var windows: array<Window, FACES>;
+    for (var face = 1u; face < FACES; face++) {
+        windows[face] = Window(EMPTY_LOW, EMPTY_HIGH, 0.0);
+    }
+    for (var face = 0u; face < face_count; face++) {
+        windows[face] = face_window(face, WINDOW_LIMIT, sample, lane);
+    }
+    let wide_front = face_window(FRONT, FRONT_LIMIT, sample, lane);
+    if lane != 0u {
+        return;
+    }
+
+    // One wide window where it can hold everything and does not waste too many texels.
+    if front_can_hold(windows, wide_front) {
+        windows[FRONT] = wide_front;
+        for (var face = 1u; face < FACES; face++) {
+            windows[face].high = EMPTY_HIGH;
+        }
+    }
+
+    // Texels asked for, by face.
+    var areas: array<f32, FACES>;
+    var total = 0.0;
+    var largest = 0u;
+    for (var face = 0u; face < FACES; face++) {
+        let window = windows[face];
+        if is_empty(window) {
+            continue;
+        }
+        let extent = (window.high - window.low) * window.texels_per_unit + SMALLEST_VIEW;
+        areas[face] = extent.x * extent.y;
+        total += areas[face];
+        largest = select(largest, face, areas[face] > areas[largest]);
+    }
+
+    // The largest face takes a column of the tile, the others stack up beside it.
+    let tile = f32(slot.tile_size);
+    let tile_origin = vec2f(vec2u(slot.index % slot.tiles_per_row, slot.index / slot.tiles_per_row) * slot.tile_size);
+    let others = total - areas[largest];
+    var column = tile;
+    if others > 0.0 {
+        column = floor(tile * clamp(areas[largest] / total, 0.25, 0.75));
+    }
+    var row = 0.0;
+    for (var face = 0u; face < FACES; face++) {
+        let view_index = sample * FACES + face;
+        var view = ShadowView(vec2f(0.0), vec2f(0.0), vec2u(0u), vec2u(0u));
+        if areas[face] > 0.0 {
+            if face == largest {
+                view = place(windows[face], tile_origin, vec2f(column, tile));
+            } else {
+                let height = floor(tile * (SMALLEST_SHARE + (1.0 - 5.0 * SMALLEST_SHARE) * areas[face] / others));
+                view = place(windows[face], tile_origin + vec2f(column, row), vec2f(tile - column, height));
+                row += height;
+            }
+            let first_counter = DRAWS * slot.chunk;
+            let place_in_list = atomicAdd(&draw_counters[first_counter].instance_count, 1u);
+            for (var draw = 1u; draw < DRAWS; draw++) {
+                atomicAdd(&draw_counters[first_counter + draw].instance_count, 1u);
+            }
+            draw_views[slot.chunk * light.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, view);
+        }
+        shadow_views[view_index] = view;
+    }
+}
