@@ -299,7 +299,10 @@ class ShadowAtlas:
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
-        self._clear, self._solid, self._opaque, self._masked = self._draw_pipelines()
+        self._pipelines = self._draw_pipelines()
+        self._draws: dict[tuple[int, bool], wgpu.GPURenderBundle] = {}  # by chunk, with or without clearing its views
+        attachment = {"view": self._depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
+        self._loaded, self._cleared = ({**attachment, "depth_load_op": op} for op in ("load", "clear"))
 
     def _draw_pipelines(self) -> list[wgpu.GPURenderPipeline]:
         """The pipelines of a chunk's draws."""
@@ -441,35 +444,38 @@ class ShadowAtlas:
         self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int, *, clears_atlas: bool, clears_views: bool
     ) -> None:
         """Draw the chunk's occluders, into a cleared atlas, or into views that are cleared one by one."""
-        attachment = {
-            "view": self._depth_view,
-            "depth_load_op": "clear" if clears_atlas else "load",
-            "depth_store_op": "store",
-            "depth_clear_value": 0.0,
-        }
-        scene = self._scene
+        attachment = self._cleared if clears_atlas else self._loaded
+        if (chunk, clears_views) not in self._draws:
+            self._draws[chunk, clears_views] = self._record_draws(chunk, clears_views)
         draw = encoder.begin_render_pass(
             color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
         )
+        draw.execute_bundles([self._draws[chunk, clears_views]])
+        draw.end()
+
+    def _record_draws(self, chunk: int, clears_views: bool) -> wgpu.GPURenderBundle:
+        """The chunk's draws, to be replayed every frame: the buffers they name are as old as the atlas or its scene."""
+        scene, (clear, solid, opaque, masked) = self._scene, self._pipelines
+        draw = self._gpu.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format="depth32float")
         draw.set_bind_group(0, self._draw_bindings)
         draw.set_bind_group(1, scene.bindings)
         first_view = chunk * self.plan.samples_per_chunk * FACES
         draw.set_vertex_buffer(0, self._draw_views, first_view * dtype(DrawView).itemsize)
         arguments = DRAW_BYTES * DRAWS * chunk
         if clears_views:
-            draw.set_pipeline(self._clear)
+            draw.set_pipeline(clear)
             draw.draw_indirect(self._arguments, arguments)
         if scene.opaque_count:
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
-            draw.set_pipeline(self._solid)
+            draw.set_pipeline(solid)
             draw.draw_indexed_indirect(self._arguments, arguments + DRAW_BYTES)
-            draw.set_pipeline(self._opaque)
+            draw.set_pipeline(opaque)
             draw.draw_indexed_indirect(self._arguments, arguments + 2 * DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
-            draw.set_pipeline(self._masked)
+            draw.set_pipeline(masked)
             draw.draw_indirect(self._arguments, arguments + 3 * DRAW_BYTES)
-        draw.end()
+        return draw.finish()
 
 
 def _reaches_into(boxes: np.ndarray, light: Light, margin: float) -> bool:
