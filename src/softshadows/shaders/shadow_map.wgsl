@@ -71,9 +71,9 @@ fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
 
 // How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver:
 // for vertices that the rasteriser snaps to a fraction of a texel, times the receiver's slope; for surfaces that curve
-// within a texel; and for the part of the slope beyond 74 degrees, where a curved surface ends within the texel. Then how
-// far an occluder may be to be the receiver's own neighbourhood, and how alike the differences on a smooth surface are.
-// Measured: docs/decisions/0002-bias.md.
+// within a texel; and, where the occluder ends within the texel, for the part of the slope beyond 74 degrees. Then how
+// alike the differences on a smooth surface are, and how far an occluder may be to be the receiver's own neighbourhood.
+// Measured: docs/decisions/0002-bias.md and 0008-grazing-light.md.
 const SNAP_BIAS_TEXELS = 0.1;
 const CURVATURE_BIAS_TEXELS = 0.5;
 const FLOAT_BIAS = 2e-6;  // of the closeness
@@ -83,27 +83,34 @@ const GRAZING_SLOPE_LIMIT = 60.0;
 const SMOOTH_RATIO = 4.0;
 const CREASE_TEXELS = 8.0;
 
-// By how much the occluder in a texel is closer than the receiver, in texels at the receiver; 0 or less where it is not
-// an occluder.
-//
+// A texel's occluder against the receiver's plane.
+struct TexelGap {
+    stored: f32,   // closeness of the occluder, 0 where there is none
+    texels: f32,   // by how much it is before the plane and the bias, in texels at the receiver; 0 or less: not at all
+    grazing: f32,  // how much of that may come from a surface that ends within the texel, in grazing light
+};
+
 // The stored closeness belongs to the ray through the texel's centre, so it is compared with the receiver's plane on that
 // same ray: a plane never shadows itself, however steep, and the only bias left is for rounding and curvature.
-fn texel_depth_gap(sight: Sight, texel: vec2u) -> f32 {
+fn texel_gap(sight: Sight, texel: vec2u) -> TexelGap {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / view.texels_per_unit;
     let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
     let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
     let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
     let slope = closeness_per_texel(light, sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
-    let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
-    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS + grazing;
-    let bias = light.bias_scale * bias_texels * texel_closeness + FLOAT_BIAS * sight.closeness;
+    let bias_texels = light.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
     let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
-    return (stored_closeness(sight, texel) - bounded - bias) / texel_closeness;
+    let stored = stored_closeness(sight, texel);
+    let gap = (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
+    let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
+    return TexelGap(stored, gap, light.bias_scale * grazing);
 }
 
+// Is the receiver's plane lit in this texel? For filters, which ask about many texels around the receiver.
 fn texel_is_lit(sight: Sight, texel: vec2u) -> bool {
-    return texel_depth_gap(sight, texel) <= 0.0;
+    let gap = texel_gap(sight, texel);
+    return gap.texels <= gap.grazing;
 }
 
 fn covering_texel(sight: Sight) -> vec2u {
@@ -111,14 +118,32 @@ fn covering_texel(sight: Sight) -> vec2u {
     return vec2u((sight.position - view.window_low) * view.texels_per_unit);
 }
 
+// Where the receiver lies from its texel's centre, in texels.
+fn offset_in_texel(sight: Sight, texel: vec2u) -> vec2f {
+    let view = shadow_views[sight.view];
+    return (sight.position - view.window_low) * view.texels_per_unit - (vec2f(texel) + 0.5);
+}
+
+// Closeness of the texel beside this one, or of the texel itself at the window's border.
+fn closeness_beside(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
+    let last = vec2i(shadow_views[sight.view].size) - 1;
+    return stored_closeness(sight, vec2u(clamp(vec2i(texel) + step, vec2i(0), last)));
+}
+
+// A surface of this closeness or less, on the receiver's own ray, does not hide the receiver.
+fn free_closeness(sight: Sight) -> f32 {
+    let view = shadow_views[sight.view];
+    let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
+    let bias = light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, texel_extent);
+    return sight.closeness + bias + FLOAT_BIAS * sight.closeness;
+}
+
 // How much the occluder's own surface changes in closeness along an axis, from the texel's centre to the receiver `offset`
 // texels away. Of the differences to the two neighbours the smaller counts: across a silhouette one of them is large and
 // means nothing. On a smooth surface they are alike, and the one that puts the surface farther from the light counts.
-fn surface_change(sight: Sight, texel: vec2u, step: vec2i, offset: f32) -> f32 {
-    let last = vec2i(shadow_views[sight.view].size) - 1;
-    let here = stored_closeness(sight, texel);
-    let before = here - stored_closeness(sight, vec2u(clamp(vec2i(texel) - step, vec2i(0), last)));
-    let after = stored_closeness(sight, vec2u(clamp(vec2i(texel) + step, vec2i(0), last))) - here;
+fn surface_change(sight: Sight, texel: vec2u, here: f32, step: vec2i, offset: f32) -> f32 {
+    let before = here - closeness_beside(sight, texel, -step);
+    let after = closeness_beside(sight, texel, step) - here;
     let before_is_smaller = abs(before) < abs(after);
     let smaller = select(after, before, before_is_smaller);
     let larger = select(before, after, before_is_smaller);
@@ -131,13 +156,22 @@ fn surface_change(sight: Sight, texel: vec2u, step: vec2i, offset: f32) -> f32 {
 // In a concave crease, or on a curved surface that is seen at a grazing angle, the texel's centre may lie just before the
 // receiver's plane though the receiver itself is free. The occluder's own surface tells: where it passes behind the
 // receiver, it does not shadow it.
-fn occluder_surface_is_behind(sight: Sight, texel: vec2u) -> bool {
-    let view = shadow_views[sight.view];
-    let offset = (sight.position - view.window_low) * view.texels_per_unit - (vec2f(texel) + 0.5);
-    let change = surface_change(sight, texel, vec2i(1, 0), offset.x) + surface_change(sight, texel, vec2i(0, 1), offset.y);
-    let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
-    let bias = light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, texel_extent);
-    return stored_closeness(sight, texel) + change <= sight.closeness + bias + FLOAT_BIAS * sight.closeness;
+fn occluder_surface_is_behind(sight: Sight, texel: vec2u, here: f32) -> bool {
+    let offset = offset_in_texel(sight, texel);
+    let change_x = surface_change(sight, texel, here, vec2i(1, 0), offset.x);
+    let change_y = surface_change(sight, texel, here, vec2i(0, 1), offset.y);
+    return here + change_x + change_y <= free_closeness(sight);
+}
+
+// Does the occluder end between the texel's centre and the receiver? Then a texel beside this one, on the receiver's side,
+// shows what lies behind it: something that is no closer than the receiver.
+fn occluder_ends_before(sight: Sight, texel: vec2u) -> bool {
+    let side = select(vec2i(-1), vec2i(1), offset_in_texel(sight, texel) > vec2f(0.0));
+    let beside = min(
+        closeness_beside(sight, texel, vec2i(side.x, 0)),
+        closeness_beside(sight, texel, vec2i(0, side.y)),
+    );
+    return beside <= free_closeness(sight);
 }
 
 // Is light sample `sample_index` visible from the receiver?
@@ -147,6 +181,11 @@ fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
         return sight.possible;
     }
     let texel = covering_texel(sight);
-    let gap = texel_depth_gap(sight, texel);
-    return gap <= 0.0 || (gap < CREASE_TEXELS && occluder_surface_is_behind(sight, texel));
+    let gap = texel_gap(sight, texel);
+    // Before the receiver's plane, which may fall steeply towards the texel's centre, but not before the receiver itself.
+    if gap.texels <= 0.0 || gap.stored <= free_closeness(sight) {
+        return true;
+    }
+    return (gap.texels <= gap.grazing && occluder_ends_before(sight, texel))
+        || (gap.texels < CREASE_TEXELS && occluder_surface_is_behind(sight, texel, gap.stored));
 }
