@@ -7,10 +7,12 @@ from __future__ import annotations
 
 import time
 
+import wgpu
+
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.timing import PassTimer
 
-SUBMIT_MS = 250.0
+SUBMIT_MS = 500.0
 """What one submit may take, after the device's rough speeds. Browsers and drivers stop work after 2 to 30 seconds."""
 
 
@@ -22,20 +24,25 @@ class Commands:
         self.encoder = gpu.device.create_command_encoder()
         self.submits = 0
         self.submit_seconds = 0.0
+        self._finished: list[wgpu.GPUCommandBuffer] = []
         self._pending_ms = 0.0
 
     def account(self, milliseconds: float) -> None:
         """Count work just encoded; starts a new submit when what is pending reaches SUBMIT_MS."""
         self._pending_ms += milliseconds
         if self._pending_ms >= SUBMIT_MS:
-            self.submit()
+            self._finished.append(self.encoder.finish())
             self.encoder = self._gpu.device.create_command_encoder()
+            self._pending_ms = 0.0
 
     def submit(self) -> None:
-        """Hand the stream to the driver. Timed apart from encoding: a software driver works on it before it returns."""
-        finished = self.encoder.finish()
+        """Hand the whole frame to the driver, submit by submit.
+
+        Timed apart from encoding: a software driver works on a submit before it returns, and leaves cold caches behind.
+        """
+        self._finished.append(self.encoder.finish())
         started = time.thread_time()
-        self._gpu.device.queue.submit([finished])
-        self.submit_seconds += time.thread_time() - started
-        self.submits += 1
-        self._pending_ms = 0.0
+        for commands in self._finished:
+            self._gpu.device.queue.submit([commands])
+        self.submit_seconds = time.thread_time() - started
+        self.submits = len(self._finished)

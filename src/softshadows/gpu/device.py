@@ -25,7 +25,7 @@ OPTIONAL_FEATURES = {
 RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
 """Limits raised to what the adapter offers; everything else stays at WebGPU's defaults."""
 
-CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 20_000, 50_000
+CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 10_000, 50_000
 GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS = 500_000, 10_000_000
 """Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame
 is cut into submits, so that none of them runs into a driver's watchdog."""

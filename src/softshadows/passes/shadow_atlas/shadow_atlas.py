@@ -177,7 +177,8 @@ def plan_atlas(
     row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
     per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
-    per_chunk = int(np.clip(SUBMIT_MS / max(milliseconds, 1e-6), 1, min(per_row * per_row, samples)))
+    # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
+    per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, min(per_row * per_row, samples)))
     per_batch = per_row * per_row // per_chunk * per_chunk
     return AtlasPlan(
         samples=samples,
