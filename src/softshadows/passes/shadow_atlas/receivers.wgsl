@@ -62,6 +62,9 @@ fn cs_bound_receivers(
     @builtin(workgroup_id) group: vec3u,
     @builtin(num_workgroups) groups: vec3u,
 ) {
+    if lane == 0u {
+        atomicStore(&shadowed, 0u);  // wgpu does not clear workgroup memory, though WebGPU says so
+    }
     lows_ls[lane] = vec3f(3e38);
     highs_ls[lane] = vec3f(-3e38);
     lows_ws[lane] = vec3f(3e38);
