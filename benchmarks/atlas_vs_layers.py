@@ -40,7 +40,7 @@ class LayeredMaps:
         self._atlas, self._device = atlas, atlas._gpu.device
         device, plan, usage = self._device, atlas.plan, wgpu.BufferUsage
         # The atlas's views, each stretched from its place in the atlas over a layer of its own.
-        views = np.frombuffer(read_buffer(device, atlas._draw_views), dtype(DrawView)).copy()
+        views = np.frombuffer(read_buffer(device, atlas.draw_views), dtype(DrawView)).copy()
         views = views[views["edges"][:, 2] > 0.0]
         unit = plan.atlas_size / plan.tile
         for row, axis in (("row_x", 0), ("row_y", 1)):
@@ -123,7 +123,7 @@ def main() -> None:
             commands = encoder.finish()
             encoded = time.perf_counter()
             device.queue.submit([commands])
-            device.queue.read_buffer(atlas._light, 0, 16)  # waits
+            device.queue.read_buffer(atlas.light, 0, 16)  # waits
             return 1e3 * (time.perf_counter() - encoded), 1e3 * (encoded - started)
 
         encoders: dict[str, Callable[[wgpu.GPUCommandEncoder], None]] = {

@@ -181,11 +181,14 @@ class Renderer:
         self._readback.add_buffer("visibility", visibility, "<f4", (light_count, height, width))
         if self._timer.enabled:
             self._readback.add_buffer("stamps", self._timer.buffer, "<u8", (CAPACITY,))
+        for name, (buffer, dtype, shape) in self._pass.results.items():
+            self._readback.add_buffer(name, buffer, dtype, shape)
         self._light_count = light_count
         self._image_bytes = visibility_bytes + self._gbuffer.bytes + self._lighting.bytes + self._readback.size
 
     def _frame(self, images: dict[str, np.ndarray], lights: list[Light], cpu_ms: float, submits: int) -> Frame:
         surface = images["position"][..., 3] > 0.0
+        self._pass.take_results(images)
         stats = FrameStats(
             shadow_maps=self._pass.shadow_maps,
             lookups_per_pixel=self._pass.lookups_per_pixel,

@@ -103,7 +103,7 @@ def rendered(scene: ss.Scene, camera: ss.Camera = stage.CAMERA) -> tuple[ss.Fram
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:
         frame = renderer.render(camera)
         atlas = atlas_of(renderer)
-        views = np.frombuffer(bytes(acquire().device.queue.read_buffer(atlas._views)), dtype(shadow_atlas.ShadowView))
+        views = np.frombuffer(bytes(acquire().device.queue.read_buffer(atlas.views)), dtype(shadow_atlas.ShadowView))
         faces = set((np.flatnonzero(views["size"][:, 0]) % shadow_atlas.FACES).tolist())
         return frame, depths(renderer), faces
 

@@ -13,22 +13,22 @@ from pathlib import Path
 
 import pytest
 
-import softshadows
-from softshadows.gpu import texture_pages, upload
+import softshadows.techniques
 from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.lighting.lighting import Light
-from softshadows.passes.shadow_atlas import shadow_atlas
+from softshadows.gpu.layout import Struct
 
 SOURCE = Path(softshadows.__file__).parent
 ENTRY = re.compile(r"^@(compute|vertex|fragment)\b", re.MULTILINE)
 SHADERS = sorted(path for path in SOURCE.rglob("*.wgsl") if ENTRY.search(path.read_text(encoding="utf-8")))
-STRUCTS = (
-    FrameUniforms, Light, upload.VertexAttributes, upload.MaterialRecord, texture_pages.TextureRecord,
-    *(value for value in vars(shadow_atlas).values() if isinstance(value, type) and hasattr(value, "__annotations__")
-      and issubclass(value, shadow_atlas.Struct) and value is not shadow_atlas.Struct),
-)  # fmt: skip
+
+
+def all_structs(base: type[Struct] = Struct) -> list[type[Struct]]:
+    """Every struct that Python shares with a shader, once the techniques are imported."""
+    return [struct for direct in base.__subclasses__() for struct in (direct, *all_structs(direct))]
+
+
+STRUCTS = tuple({struct.__name__: struct for struct in all_structs()}.values())
 NEEDS = {"enable clip_distances;": "clip-distances"}
 
 CHROMIUM_FLAGS = [

@@ -6,6 +6,8 @@ Where it is cut depends only on sizes the CPU knows, never on anything the GPU c
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import wgpu
 
@@ -26,6 +28,13 @@ class Commands:
         self.submit_seconds = 0.0
         self._finished: list[wgpu.GPUCommandBuffer] = []
         self._pending_ms = 0.0
+
+    @contextmanager
+    def compute(self, name: str) -> Iterator[wgpu.GPUComputePassEncoder]:
+        """A compute pass, timed under `name`."""
+        compute = self.encoder.begin_compute_pass(timestamp_writes=self.timer.writes(name))
+        yield compute
+        compute.end()
 
     def account(self, milliseconds: float) -> None:
         """Count work just encoded; starts a new submit when what is pending reaches SUBMIT_MS."""

@@ -124,4 +124,5 @@ def _extract(data: np.ndarray, part: _Part) -> np.ndarray:
         return data[part.offset : part.offset + size].view(part.dtype).reshape(part.shape).copy()
     height, width, channels = part.shape
     rows = data[part.offset : part.offset + height * part.row_bytes].reshape(height, part.row_bytes)
-    return np.ascontiguousarray(rows[:, : width * channels * part.dtype.itemsize]).view(part.dtype).reshape(part.shape)
+    pixels = rows[:, : width * channels * part.dtype.itemsize].copy()  # also where the rows are contiguous as they lie
+    return pixels.view(part.dtype).reshape(part.shape)

@@ -9,7 +9,7 @@ the side); `intensity` in W/sr; `irradiance` in W/m². RGB, linear.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -68,6 +68,11 @@ class Light:
     def emission(self) -> Vector:
         """Radiance, intensity or irradiance, after the light's kind."""
         raise NotImplementedError
+
+    @property
+    def without_size(self) -> Light:
+        """The light shrunk to its centre, as one of the same kind."""
+        return self
 
     def points(self, s: Array, t: Array) -> Array:
         """World positions, (..., 3) float64, of points (s, t) of the unit square; equal areas map to equal areas."""
@@ -130,6 +135,10 @@ class RectLight(Light):
         return (self.width / 2.0, self.height / 2.0)
 
     @property
+    def without_size(self) -> RectLight:
+        return replace(self, width=0.0, height=0.0)
+
+    @property
     def emission(self) -> Vector:
         return self.radiance
 
@@ -172,6 +181,10 @@ class DiskLight(Light):
     @property
     def half_extent(self) -> tuple[float, float]:
         return (self.radius, self.radius)
+
+    @property
+    def without_size(self) -> DiskLight:
+        return replace(self, radius=0.0)
 
     @property
     def emission(self) -> Vector:
@@ -221,6 +234,11 @@ class LineLight(Light):
     @property
     def half_extent(self) -> tuple[float, float]:
         return (float(np.linalg.norm(np.subtract(self.end, self.start))) / 2.0, 0.0)
+
+    @property
+    def without_size(self) -> LineLight:
+        middle = tuple(self.center.tolist())
+        return replace(self, start=middle, end=middle)
 
     @property
     def emission(self) -> Vector:

@@ -45,7 +45,10 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
     let along = through - sample_ls;
     let from_sample = receiver.point - sample_ls;
     var sight: Sight;
-    let toward = select(dot(receiver.normal, from_sample), -receiver.normal.z, light.is_directional == 1u);
+    var toward = dot(receiver.normal, from_sample);
+    if light.is_directional == 1u {
+        toward = -receiver.normal.z;
+    }
     sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
     // The front window may reach over the other faces.
     var face = FRONT;

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from softshadows.errors import OptionError
+from softshadows.techniques.adaptive.adaptive import Adaptive
 from softshadows.techniques.base import Technique
 from softshadows.techniques.hard.hard import Hard
 from softshadows.techniques.none.none import Unshadowed
@@ -14,9 +15,22 @@ from softshadows.techniques.pcss.pcss import Pcss
 from softshadows.techniques.uniform.uniform import Uniform
 from softshadows.techniques.vsm.vsm import Vsm
 
-TECHNIQUES: dict[str, type[Technique]] = {cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform)}
+TECHNIQUES: dict[str, type[Technique]] = {
+    cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform, Adaptive)
+}
 
-__all__ = ["TECHNIQUES", "Hard", "Pcf", "Pcss", "Technique", "Uniform", "Unshadowed", "Vsm", "make_technique"]
+__all__ = [
+    "TECHNIQUES",
+    "Adaptive",
+    "Hard",
+    "Pcf",
+    "Pcss",
+    "Technique",
+    "Uniform",
+    "Unshadowed",
+    "Vsm",
+    "make_technique",
+]
 
 
 def make_technique(name: str, options: Mapping[str, Any] | None = None) -> Technique:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Any, ClassVar, dataclass_transform
 
+import numpy as np
 import wgpu
 
 from softshadows.errors import OptionError
@@ -59,7 +60,7 @@ def _parse(option_field: Field, value: Any, owner: str) -> Any:
     error = OptionError(f"{owner}: {option_field.name} must be {legal_values(option_field)}; got {value!r}")
     if meta["choices"]:
         for choice in meta["choices"]:
-            if value == choice or (isinstance(value, str) and value == str(choice)):
+            if (value == choice and not isinstance(value, bool)) or value == str(choice):
                 return choice
         raise error
     if meta["or_word"] is not None and value == meta["or_word"]:
@@ -103,6 +104,14 @@ class TechniquePass(ABC):
     @abstractmethod
     def encode(self, commands: Commands) -> None:
         """Encode everything that fills every light's visibility."""
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        """Buffers, with dtype and shape, that the frame's read-back brings along with its images, by name."""
+        return {}
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:  # noqa: B027, most have nothing to learn
+        """Learn from `results` what only the GPU knew of the frame: maps, look-ups, warnings."""
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(option,))

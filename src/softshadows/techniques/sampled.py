@@ -33,7 +33,11 @@ def center_sample(light: Light) -> Samples:
 
 
 class SampledPass(TechniquePass):
-    """See the module. `lookups` counts the shadow-map reads of one pixel for a light with that many samples."""
+    """See the module.
+
+    `lookups` counts the shadow-map reads of one pixel for a light with that many samples. A technique that
+    `takes_center_only` does not ask for the light's size anywhere.
+    """
 
     def __init__(
         self,
@@ -46,12 +50,14 @@ class SampledPass(TechniquePass):
         constants: Mapping[str, float] | None = None,
         extra_buffers: Sequence[wgpu.GPUBuffer] = (),
         bias_scale: float = 1.0,
+        takes_center_only: bool = False,
         margin_texels: int = 1,
         search_margin: float = 0.0,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
     ) -> None:
         super().__init__()
         self._context, self._samples_of, self._lookups = context, samples_of, lookups
+        self._takes_center_only = takes_center_only
         self._resolution, self._memory_budget = resolution, memory_budget
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
         self._search_margin = search_margin
@@ -80,7 +86,8 @@ class SampledPass(TechniquePass):
             points, weights = self._samples_of(light)
             group = by_count.setdefault(len(points), [])
             turns.append((len(points), len(group)))
-            group.append(SampledLight(light, layer, points, weights))
+            seen = light.without_size if self._takes_center_only else light
+            group.append(SampledLight(seen, layer, points, weights))
         for count, group in by_count.items():
             if count not in self._atlases:
                 self._atlases[count] = self._new_atlas(count)

@@ -8,7 +8,8 @@
 
 Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas
 at one time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns
-in the same buffers: per light a technique calls `encode_receivers`, a fit, and then, per chunk, `encode_draw` and its own look-ups.
+in the same buffers: per light a technique calls `encode_receivers`, a fit, and then, per chunk, `encode_draw` and its
+own look-ups.
 """
 
 from __future__ import annotations
@@ -129,7 +130,7 @@ SHADOW_STRUCTS = (ShadowLight, ShadowView)
 
 @dataclass(frozen=True)
 class AtlasPlan:
-    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, in texels, and `atlas_size` the atlas's."""
+    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, `atlas_size` the atlas's, in texels."""
 
     samples: int
     tile: int
@@ -149,12 +150,10 @@ class AtlasPlan:
         return chunk * self.samples_per_chunk % self.samples_per_batch == 0
 
 
-def plan_atlas(
-    gpu: Gpu, scene: SceneBuffers, size: tuple[int, int], samples: int, resolution: int | str, memory_budget: int
-) -> AtlasPlan:
-    """How to hold `samples` maps of `resolution` texels ("auto": by the image's size) within `memory_budget` MiB.
+def tile_size(gpu: Gpu, size: tuple[int, int], resolution: int | str, memory_budget: int) -> int:
+    """Edge in texels of a map of `resolution` ("auto": by the image's size) that fits `memory_budget` MiB.
 
-    Raises DeviceError where even one map exceeds the adapter's limit or the budget.
+    Raises DeviceError where a map of that resolution exceeds the adapter's limit or the budget.
     """
     largest = gpu.limit("max-texture-dimension-2d")
     if resolution == "auto":
@@ -174,6 +173,15 @@ def plan_atlas(
             f"of {memory_budget} MiB. "
             "Lower the resolution or raise memory_budget."
         )
+    return tile
+
+
+def plan_atlas(
+    gpu: Gpu, scene: SceneBuffers, size: tuple[int, int], samples: int, resolution: int | str, memory_budget: int
+) -> AtlasPlan:
+    """How to hold `samples` maps of `resolution` within `memory_budget` MiB. Raises DeviceError as tile_size."""
+    tile = tile_size(gpu, size, resolution, memory_budget)
+    largest = gpu.limit("max-texture-dimension-2d")
     row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
     per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
@@ -205,8 +213,9 @@ class SampledLight:
 class ShadowAtlas:
     """The shadow maps of lights with `plan.samples` samples each, one light at a time.
 
-    `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include shadow_map.wgsl; its binding 4 is the
-    chunk, at the dynamic offset `chunk_offset(chunk)`.
+    `light`, `samples`, `boxes`, `views`, `draw_views`, `arguments` and `depth_view` are for techniques with fits and
+    look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include
+    shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
     """
 
     def __init__(
@@ -235,12 +244,14 @@ class ShadowAtlas:
             return device.create_buffer(size=size, usage=usage)
 
         storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
-        self._light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write | _USAGE.COPY_SRC)
-        self._samples = buffer(16 * plan.samples, storage | write)
-        self._arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
-        self._views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
-        boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
-        self._draw_views = buffer(
+        self.light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write | _USAGE.COPY_SRC)
+        self.samples = buffer(16 * plan.samples, storage | write)
+        self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
+        self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
+        self.boxes = boxes = buffer(
+            dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage | _USAGE.COPY_SRC
+        )
+        self.draw_views = buffer(
             FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
             storage | _USAGE.VERTEX | _USAGE.COPY_SRC,
         )
@@ -250,7 +261,7 @@ class ShadowAtlas:
             format="depth32float",
             usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
         )
-        self._depth_view = self.depth.create_view()
+        self.depth_view = self.depth.create_view()
         self._write_chunks()
 
         uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
@@ -271,21 +282,21 @@ class ShadowAtlas:
             return layout, device.create_bind_group(layout=layout, entries=entries)
 
         compute = _STAGES.COMPUTE
-        light, samples, views = (self._light, uniform), (self._samples, read), (self._views, read)
+        light, samples, views = (self.light, uniform), (self.samples, read), (self.views, read)
         receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read)]
         receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
         fit_resources = [
             light,
             samples,
             (boxes, read),
-            (self._views, readwrite),
-            (self._draw_views, readwrite),
-            (self._arguments, readwrite),
+            (self.views, readwrite),
+            (self.draw_views, readwrite),
+            (self.arguments, readwrite),
         ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
         self._draw_layout, self._draw_bindings = bind([light], _STAGES.VERTEX | _STAGES.FRAGMENT)
-        atlas = (self._depth_view, {"sample_type": "depth"})
+        atlas = (self.depth_view, {"sample_type": "depth"})
         self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
 
         def compute_pipeline(file: str, entry: str, structs: tuple, layouts: list) -> wgpu.GPUComputePipeline:
@@ -302,7 +313,7 @@ class ShadowAtlas:
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
         self._pipelines = self._draw_pipelines()
         self._draws: dict[tuple[int, bool], wgpu.GPURenderBundle] = {}  # by chunk, with or without clearing its views
-        attachment = {"view": self._depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
+        attachment = {"view": self.depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
         self._loaded, self._cleared = ({**attachment, "depth_load_op": op} for op in ("load", "clear"))
 
     def _draw_pipelines(self) -> list[wgpu.GPURenderPipeline]:
@@ -346,7 +357,7 @@ class ShadowAtlas:
         plan = self.plan
         rows = np.zeros((plan.chunks, UNIFORM_ALIGNMENT), np.uint8)
         for index in range(plan.chunks):
-            first = index * plan.samples_per_chunk
+            first = min(index * plan.samples_per_chunk, plan.samples)
             count = min(plan.samples_per_chunk, plan.samples - first)
             data = pack(Chunk(first_sample=first, sample_count=count))
             rows[index, : len(data)] = np.frombuffer(data, np.uint8)
@@ -364,7 +375,7 @@ class ShadowAtlas:
     @property
     def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
         """The buffers that hold one light at a time."""
-        return (self._light, self._samples, self._arguments)
+        return (self.light, self.samples, self.arguments)
 
     def _light_bytes(self, sampled: SampledLight) -> bytes:
         """The contents of the per-light buffers, one after the other."""
@@ -461,21 +472,21 @@ class ShadowAtlas:
         draw.set_bind_group(0, self._draw_bindings)
         draw.set_bind_group(1, scene.bindings)
         first_view = chunk * self.plan.samples_per_chunk * FACES
-        draw.set_vertex_buffer(0, self._draw_views, first_view * dtype(DrawView).itemsize)
+        draw.set_vertex_buffer(0, self.draw_views, first_view * dtype(DrawView).itemsize)
         arguments = DRAW_BYTES * DRAWS * chunk
         if clears_views:
             draw.set_pipeline(clear)
-            draw.draw_indirect(self._arguments, arguments)
+            draw.draw_indirect(self.arguments, arguments)
         if scene.opaque_count:
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
             draw.set_pipeline(solid)
-            draw.draw_indexed_indirect(self._arguments, arguments + DRAW_BYTES)
+            draw.draw_indexed_indirect(self.arguments, arguments + DRAW_BYTES)
             draw.set_pipeline(opaque)
-            draw.draw_indexed_indirect(self._arguments, arguments + 2 * DRAW_BYTES)
+            draw.draw_indexed_indirect(self.arguments, arguments + 2 * DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
             draw.set_pipeline(masked)
-            draw.draw_indirect(self._arguments, arguments + 3 * DRAW_BYTES)
+            draw.draw_indirect(self.arguments, arguments + 3 * DRAW_BYTES)
         return draw.finish()
 
 

@@ -24,6 +24,8 @@ struct DrawCounter {
 @group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // DRAWS by chunk
 
 const LANES = 64u;
+const WINDOWS = 7u;
+const WIDE_FRONT = 6u;
 const DRAWS = 4u;  // cleared views, solid, opaque, masked triangles
 const EMPTY_LOW = vec2f(3e38);
 const EMPTY_HIGH = vec2f(-3e38);
@@ -33,9 +35,9 @@ const FRONT_GROWTH = 3.0;      // by how much its area may grow for it: every fa
 const SMALLEST_VIEW = 8.0;     // texels
 const SMALLEST_SHARE = 0.0625; // of the tile's edge
 
-var<workgroup> window_lows: array<vec2f, LANES>;
-var<workgroup> window_highs: array<vec2f, LANES>;
-var<workgroup> demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
+var<workgroup> lane_lows: array<vec2f, LANES>;
+var<workgroup> lane_highs: array<vec2f, LANES>;
+var<workgroup> lane_demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
 
 struct Window {
     low: vec2f,
@@ -48,58 +50,83 @@ fn quotient_range(low: f32, high: f32, near: f32, far: f32) -> vec2f {
     return vec2f(low / select(far, near, low < 0.0), high / select(near, far, high < 0.0));
 }
 
-// The face's window around all receiver boxes, found by all lanes together.
-fn face_window(face: u32, window_limit: f32, sample: u32, lane: u32) -> Window {
+// The part of a window's plane that a box takes: low and high corner, and the mean depth of what is in it. Empty where the
+// box lies beyond the window's limit.
+struct Extent {
+    low: vec2f,
+    high: vec2f,
+    depth: f32,
+};
+
+fn box_extent(face: u32, limit: f32, low_ls: vec3f, high_ls: vec3f) -> Extent {
+    let corner_0 = face_coordinates(face, low_ls);
+    let corner_1 = face_coordinates(face, high_ls);
+    let low = min(corner_0, corner_1);
+    let high = max(corner_0, corner_1);
+    if light.is_directional == 1u {
+        return Extent(low.xy, high.xy, 1.0);
+    }
+    if high.z <= 0.0 {
+        return Extent(EMPTY_LOW, EMPTY_HIGH, 1.0);
+    }
+    let near = max(low.z, 1e-6 * high.z);
+    let range_a = quotient_range(low.x, high.x, near, high.z);
+    let range_b = quotient_range(low.y, high.y, near, high.z);
+    if range_a.x > limit || range_a.y < -limit || range_b.x > limit || range_b.y < -limit {
+        return Extent(EMPTY_LOW, EMPTY_HIGH, 1.0);
+    }
+    return Extent(max(vec2f(range_a.x, range_b.x), vec2f(-limit)), min(vec2f(range_a.y, range_b.y), vec2f(limit)), 0.5 * (near + high.z));
+}
+
+// The windows of all faces around the receiver boxes, found by all lanes together; last, the front's wide one.
+fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) -> array<Window, WINDOWS> {
     let sample_ls = vec3f(light_samples[sample].xy, 0.0);
-    var low = EMPTY_LOW;
-    var high = EMPTY_HIGH;
-    var demand = vec2f(0.0);
+    let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
+    let face_count = select(FACES, 1u, light.is_directional == 1u);
+    var lows: array<vec2f, WINDOWS>;
+    var highs: array<vec2f, WINDOWS>;
+    var demands: array<vec2f, WINDOWS>;
+    for (var i = 0u; i < WINDOWS; i++) {
+        lows[i] = EMPTY_LOW;
+        highs[i] = EMPTY_HIGH;
+    }
     for (var i = lane; i < light.box_count; i += LANES) {
         let box = receiver_boxes[i];
         if box.count == 0.0 || !is_receiver(i, sample) {
             continue;
         }
-        let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
-        let corner_0 = face_coordinates(face, box.low - beside - sample_ls);
-        let corner_1 = face_coordinates(face, box.high + beside - sample_ls);
-        let box_low = min(corner_0, corner_1);
-        let box_high = max(corner_0, corner_1);
-        var limit = 3e38;
-        var near = 1.0;
-        var far = 1.0;
-        if light.is_directional == 0u {
-            if box_high.z <= 0.0 {
+        for (var window = 0u; window < WINDOWS; window++) {
+            let is_wide = window == WIDE_FRONT;
+            if window >= face_count && !is_wide {
                 continue;
             }
-            limit = window_limit;
-            near = max(box_low.z, 1e-6 * box_high.z);
-            far = box_high.z;
+            let face = select(window, FRONT, is_wide);
+            let extent = box_extent(face, select(WINDOW_LIMIT, FRONT_LIMIT, is_wide), box.low - beside - sample_ls, box.high + beside - sample_ls);
+            if extent.low.x <= extent.high.x {
+                lows[window] = min(lows[window], extent.low);
+                highs[window] = max(highs[window], extent.high);
+                demands[window] += vec2f(box.count * extent.depth / box.footprint, box.count);
+            }
         }
-        let range_a = quotient_range(box_low.x, box_high.x, near, far);
-        let range_b = quotient_range(box_low.y, box_high.y, near, far);
-        if range_a.x > limit || range_a.y < -limit || range_b.x > limit || range_b.y < -limit {
-            continue;
-        }
-        low = min(low, max(vec2f(range_a.x, range_b.x), vec2f(-limit)));
-        high = max(high, min(vec2f(range_a.y, range_b.y), vec2f(limit)));
-        let depth = select(0.5 * (near + far), 1.0, light.is_directional == 1u);
-        demand += vec2f(box.count * depth / box.footprint, box.count);
     }
-    window_lows[lane] = low;
-    window_highs[lane] = high;
-    demands[lane] = demand;
-    for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
+    var windows: array<Window, WINDOWS>;
+    for (var window = 0u; window < WINDOWS; window++) {
+        lane_lows[lane] = lows[window];
+        lane_highs[lane] = highs[window];
+        lane_demands[lane] = demands[window];
+        for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
+            workgroupBarrier();
+            if lane < stride {
+                lane_lows[lane] = min(lane_lows[lane], lane_lows[lane + stride]);
+                lane_highs[lane] = max(lane_highs[lane], lane_highs[lane + stride]);
+                lane_demands[lane] += lane_demands[lane + stride];
+            }
+        }
         workgroupBarrier();
-        if lane < stride {
-            window_lows[lane] = min(window_lows[lane], window_lows[lane + stride]);
-            window_highs[lane] = max(window_highs[lane], window_highs[lane + stride]);
-            demands[lane] += demands[lane + stride];
-        }
+        windows[window] = Window(lane_lows[0], lane_highs[0], texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0));
+        workgroupBarrier();
     }
-    workgroupBarrier();
-    let result = Window(window_lows[0], window_highs[0], light.texels_per_pixel * demands[0].x / max(demands[0].y, 1.0));
-    workgroupBarrier();
-    return result;
+    return windows;
 }
 
 // Place the window in `size` texels of the atlas from `origin` on.
@@ -116,7 +143,7 @@ fn place(window: Window, origin: vec2f, size: vec2f) -> ShadowView {
 }
 
 // Can the wide front window hold all that the other faces' windows hold?
-fn front_can_hold(windows: array<Window, FACES>, wide_front: Window) -> bool {
+fn front_can_hold(windows: array<Window, WINDOWS>) -> bool {
     let front = windows[FRONT];
     if is_empty(front) || !is_empty(windows[BACK]) {
         return false;
@@ -128,7 +155,7 @@ fn front_can_hold(windows: array<Window, FACES>, wide_front: Window) -> bool {
         }
     }
     let extent = front.high - front.low;
-    let wide_extent = wide_front.high - wide_front.low;
+    let wide_extent = windows[WIDE_FRONT].high - windows[WIDE_FRONT].low;
     return wide_extent.x * wide_extent.y <= FRONT_GROWTH * extent.x * extent.y;
 }
 
@@ -165,32 +192,26 @@ fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
     );
 }
 
-// A sample's tile: its number in the atlas, the tiles' size and arrangement, and the chunk that draws it.
+// A sample's tile: its number in the atlas, the tiles' size and arrangement, and the chunk that draws it; how fine its texels
+// are to be.
 struct Slot {
     index: u32,
     tile_size: u32,
     tiles_per_row: u32,
     chunk: u32,
+    texels_per_pixel: f32,
 };
 
 fn fit_sample(sample: u32, slot: Slot, lane: u32) {
     let sample_ls = vec3f(light_samples[sample].xy, 0.0);
-    let face_count = select(FACES, 1u, light.is_directional == 1u);
-    var windows: array<Window, FACES>;
-    for (var face = 1u; face < FACES; face++) {
-        windows[face] = Window(EMPTY_LOW, EMPTY_HIGH, 0.0);
-    }
-    for (var face = 0u; face < face_count; face++) {
-        windows[face] = face_window(face, WINDOW_LIMIT, sample, lane);
-    }
-    let wide_front = face_window(FRONT, FRONT_LIMIT, sample, lane);
+    var windows = fit_windows(sample, slot.texels_per_pixel, lane);
     if lane != 0u {
         return;
     }
 
     // One wide window where it can hold everything and does not waste too many texels.
-    if front_can_hold(windows, wide_front) {
-        windows[FRONT] = wide_front;
+    if front_can_hold(windows) {
+        windows[FRONT] = windows[WIDE_FRONT];
         for (var face = 1u; face < FACES; face++) {
             windows[face].high = EMPTY_HIGH;
         }

@@ -47,6 +47,7 @@ class Hard(Technique):
             context,
             Path(uniform.__file__).with_name("uniform.wgsl"),  # the average over a single sample
             samples_of=center_sample,
+            takes_center_only=True,
             resolution=self.resolution,
             lookups=float,
             bias_scale=self.bias_scale,

@@ -50,6 +50,7 @@ class Pcf(Technique):
             context,
             Path(__file__).with_name("pcf.wgsl"),
             samples_of=center_sample,
+            takes_center_only=True,
             resolution=self.resolution,
             lookups=lambda _: float(count),
             constants={"tap_count": count, "half_kernel_texels": half_kernel},

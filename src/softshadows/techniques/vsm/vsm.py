@@ -67,6 +67,7 @@ class _VsmPass(SampledPass):
             context,
             Path(__file__).with_name("vsm.wgsl"),
             samples_of=center_sample,
+            takes_center_only=True,
             resolution=technique.resolution,
             lookups=lambda _: 4.0,
             constants={

@@ -1,0 +1,147 @@
+"""Adaptive light sampling: hard shadow maps from as few points of the light as the picture needs, averaged.
+
+Paper
+    [Schwaerzler2012]  Schwärzler, Mattausch, Scherzer, Wimmer, "Fast Accurate Soft Shadows with Adaptive Light Source
+    Sampling", VMV 2012.
+
+Section map
+    [Schwaerzler2012 §3.3.3]  four maps compared in the picture   -> compare.wgsl visible_corners() failing_cells()
+    [Schwaerzler2012 §3.3.4]  subdivision of the light            -> refine.wgsl request_children()
+    [Schwaerzler2012 Eq. 3]   weights of the samples              -> average.wgsl paper_weight()
+
+Departures from the paper
+    - `refinement="tile"` is the default: every tile of 16×16 pixels refines the light for itself. One wide penumbra
+      anywhere makes the paper's single tree (`refinement="global"`) refine the light for the whole picture.
+    - `weights="area"` is the default: a cell gives a quarter of its area to each corner, the trapezoid rule.
+      `weights="paper"` is equation 3; for a sample between cells of different depth, which the paper leaves open, the
+      deepest one counts.
+    - No occlusion queries and no read-back: all levels are encoded at once, and the GPU decides what they draw.
+    - Each map is looked up once per pixel and remembered as a bit, so that comparison and average share the look-ups.
+    - A tile that nothing can shadow asks for no maps.
+    - Shadow maps are fitted to the tiles that request them (docs/decisions/0001-shadow-maps.md).
+
+Use when
+    you want the soft shadow of `uniform` for a fraction of its cost.
+Fails when
+    the penumbra is wider on screen than twice 2^max_depth pixels: bands show, and `frame.stats.warnings` says so
+    (scene `blocker`, seen from near). Occluders that hide none of a cell's corners in a whole tile go unseen
+    (scene `fence` with `max_depth=1`).
+Inputs
+    rectangle and line lights.
+Cost
+    from 4 to 289 shadow maps (2 to 17 on a line), as many look-ups per pixel as its tile's tree has samples.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.scene.lights import Light
+from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
+from softshadows.techniques.adaptive.sampling import (
+    REPORT_WORDS,
+    AdaptiveSampling,
+    SamplingOptions,
+    plan_batches,
+)
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+
+
+class Adaptive(Technique):
+    """Shadow maps from points of the light, as dense as each part of the picture needs. The module is its manual."""
+
+    name: ClassVar[str] = "adaptive"
+    light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "line"})
+
+    max_depth: int = option(default=4, help="how often the light may be halved; 4 gives 289 maps", low=0, high=DEEPEST)
+    refinement: str = option(
+        default="tile",
+        help="one tree for each tile of 16×16 pixels, or the paper's global one",
+        choices=("tile", "global"),
+    )
+    weights: str = option(default="area", help="how samples are weighted", choices=("area", "paper"))
+    comparison_scale: float = option(
+        default=1.0, help="size of the comparison over the picture's", choices=(1.0, 0.5, 0.25)
+    )
+    evaluation: str = option(
+        default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
+    )
+    resolution: int | str = option(
+        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    memory_budget: int = option(
+        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
+    )
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return AdaptivePass(context, self)
+
+
+class AdaptivePass(TechniquePass):
+    """The technique at work: one AdaptiveSampling for every shape of light in the scene."""
+
+    def __init__(self, context: RenderContext, technique: Adaptive) -> None:
+        super().__init__()
+        self._context, self._technique = context, technique
+        usage = wgpu.BufferUsage
+        self._report = context.gpu.device.create_buffer(
+            size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
+        )
+        self._samplings: dict[Lattice, AdaptiveSampling] = {}
+        self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        groups: dict[Lattice, list[tuple[Light, int]]] = {}
+        turns = []
+        for layer, light in enumerate(lights):
+            lattice = lattice_of(light, self._technique.max_depth)
+            if lattice not in self._samplings:
+                self._samplings[lattice] = self._new_sampling(lattice)
+            group = groups.setdefault(lattice, [])
+            turns.append((self._samplings[lattice], len(group)))
+            group.append((light, layer))
+        for lattice, group in groups.items():
+            self._samplings[lattice].set_lights(group)
+        self._turns = turns
+        self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
+
+    def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
+        context, technique = self._context, self._technique
+        size = context.gbuffer.size
+        plan, batches = plan_batches(context.gpu, lattice, size, technique.resolution, technique.memory_budget)
+        options = SamplingOptions(
+            is_global=technique.refinement == "global",
+            comparison_step=round(1.0 / technique.comparison_scale),
+            paper_weights=technique.weights == "paper",
+            is_deferred=technique.evaluation == "deferred",
+            bias_scale=technique.bias_scale,
+        )
+        return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
+
+    def encode(self, commands: Commands) -> None:
+        commands.encoder.clear_buffer(self._report)
+        for sampling, index in self._turns:
+            sampling.encode(commands, index)
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        return {"report": (self._report, "<u4", (REPORT_WORDS,))}
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+        maps, capped, low, high = (int(word) for word in results["report"])
+        width, height = self._context.gbuffer.size
+        self.shadow_maps = maps
+        self.lookups_per_pixel = (low + (high << 32)) / (width * height)
+        self.warnings = []
+        if capped:
+            self.warnings.append(
+                f"adaptive: {capped} tiles of 16×16 pixels need more light samples than max_depth="
+                f"{self._technique.max_depth} allows; bands may show there"
+            )

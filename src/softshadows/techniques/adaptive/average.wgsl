@@ -1,0 +1,144 @@
+// The visible share of the light: the remembered look-ups, weighted by what their samples stand for in the pixel's tree.
+
+//#include "receiver.wgsl"
+//#include "light_space.wgsl"
+//#include "tree.wgsl"
+//#include "cells.wgsl"
+//#struct Levels
+
+@group(1) @binding(4) var<storage, read> masks: array<u32>;
+@group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
+@group(2) @binding(0) var<uniform> light: ShadowLight;
+@group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
+@group(3) @binding(0) var<uniform> levels: Levels;      // that this pass adds up
+
+override paper_weights: bool;
+
+var<workgroup> receivers: atomic<u32>;
+
+// Visible corners of a row's leaves, each as often as it has leaves.
+fn visible_leaf_corners(tile: u32, lane: u32, level: u32, row: u32, leaves: u32) -> u32 {
+    let rows = sample_rows(level, row);
+    let low = masks[mask_index(tile, rows.x, lane)];
+    let high = masks[mask_index(tile, rows.y, lane)];
+    let right = leaves << right_shift(level);
+    return countOneBits(low & leaves) + countOneBits(low & right) + countOneBits(high & leaves) + countOneBits(high & right);
+}
+
+// The area of a level's cell, in cells of the deepest level.
+fn cell_area(level: u32) -> f32 {
+    let side = spacing(level);
+    return f32(select(1u, side, shape.has_columns == 1u) * select(1u, side, shape.has_rows == 1u));
+}
+
+// The trapezoid rule: a quarter of each leaf's area to each of its corners. (visible, all), in quarters of the deepest cell.
+fn sum_by_area(tile: u32, tree: u32, lane: u32, level: u32) -> vec2f {
+    var visible = 0u;
+    for (var row = 0u; row < cell_rows(level); row++) {
+        let leaves = leaf_cells(tree, level, row);
+        if leaves != 0u {
+            visible += visible_leaf_corners(tile, lane, level, row, leaves);
+        }
+    }
+    return vec2f(cell_area(level) * f32(visible), select(0.0, 4.0 * cell_area(0u), level == 0u));
+}
+
+// Samples in a row that are corners of a level's leaves.
+fn corners_of_leaves(tree: u32, level: u32, row: u32) -> u32 {
+    if row % spacing(level) != 0u {
+        return 0u;
+    }
+    let cell_row = select(0u, row / spacing(level), shape.has_rows == 1u);
+    var leaves = 0u;
+    if cell_row < cell_rows(level) {
+        leaves |= leaf_cells(tree, level, cell_row);
+    }
+    if cell_row > 0u {
+        leaves |= leaf_cells(tree, level, cell_row - 1u);
+    }
+    return leaves | leaves << right_shift(level);
+}
+
+// [Schwaerzler2012 Eq. 3] 1 / (2^d + 1)² for a sample of a rectangle, 1 / (2^d + 1) on a line; here over that of the deepest level.
+fn paper_weight(level: u32) -> f32 {
+    let ratio = (exp2(f32(shape.deepest)) + 1.0) / (exp2(f32(level)) + 1.0);
+    return select(ratio, ratio * ratio, shape.has_rows == 1u);
+}
+
+// Between leaves of different depth, which the paper leaves open, a sample takes the weight of the deepest.
+fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32) -> vec2f {
+    var sums = vec2u(0u);
+    for (var row = 0u; row < shape.sample_rows; row++) {
+        var samples = corners_of_leaves(tree, level, row);
+        for (var deeper = level + 1u; deeper <= shape.deepest; deeper++) {
+            samples &= ~corners_of_leaves(tree, deeper, row);
+        }
+        sums += vec2u(countOneBits(samples & masks[mask_index(tile, row, lane)]), countOneBits(samples));
+    }
+    return paper_weight(level) * vec2f(sums);
+}
+
+fn count_lookups(tree: u32) {
+    var samples = 0u;
+    for (var row = 0u; row < shape.sample_rows; row++) {
+        samples += countOneBits(requests[tree * shape.sample_rows + row]);
+    }
+    let added = samples * atomicLoad(&receivers);
+    let before = atomicAdd(&report[LOOKUPS_LOW], added);
+    if before + added < before {
+        atomicAdd(&report[LOOKUPS_HIGH], 1u);
+    }
+}
+
+fn is_before_light(receiver: Receiver) -> bool {
+    let point = to_light_space(light, receiver.position_ws - light.center_ws);
+    return dot(to_light_space(light, receiver.normal_ws), point) < 0.0 && (light.is_one_sided == 0u || point.z < 0.0);
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let tile = group.y * tiles_across() + group.x;
+    let tree = tree_of(tile);
+    let pixel = tile_origin(tile) + local.xy;
+    var receiver: Receiver;
+    if all(pixel < frame.size) {
+        receiver = load_receiver(pixel);
+    }
+    if lane == 0u {
+        atomicStore(&receivers, 0u);
+    }
+    workgroupBarrier();
+    if receiver.is_surface {
+        atomicAdd(&receivers, 1u);
+    }
+    workgroupBarrier();
+    if lane == 0u && levels.first == 0u {
+        count_lookups(tree);
+    }
+    if any(pixel >= frame.size) {
+        return;
+    }
+
+    let at = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    if !receiver.is_surface || !is_active(tree) {
+        visibility[at] = select(1.0, 0.0, receiver.is_surface && !is_before_light(receiver));
+        return;
+    }
+    // Between passes of the deferred evaluation, visibility holds the visible weight.
+    var visible = select(visibility[at], 0.0, levels.first == 0u);
+    var total = 0.0;
+    for (var level = 0u; level <= shape.deepest; level++) {
+        let is_summed = level >= levels.first && level < levels.end;
+        if paper_weights {
+            let sums = sum_by_paper(tile, tree, lane, level);
+            visible += select(0.0, sums.x, is_summed);
+            total += sums.y;
+        } else if is_summed {
+            visible += sum_by_area(tile, tree, lane, level).x;
+        }
+    }
+    if !paper_weights {
+        total = 4.0 * cell_area(0u);
+    }
+    visibility[at] = select(visible, visible / total, levels.end > shape.deepest);
+}

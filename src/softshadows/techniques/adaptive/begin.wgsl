@@ -1,0 +1,75 @@
+// Start every tile's tree: the root cell, and the tile in the first level's list where its pixels have something to find out.
+
+//#include "receiver.wgsl"
+//#include "light_space.wgsl"
+//#include "tree.wgsl"
+//#struct ReceiverBox
+
+@group(1) @binding(1) var<storage, read_write> requests: array<u32>;
+@group(1) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(1) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
+@group(1) @binding(6) var<storage, read_write> control: Control;
+@group(2) @binding(0) var<uniform> light: ShadowLight;
+@group(2) @binding(1) var<storage, read> receiver_boxes: array<ReceiverBox>;
+
+const BOX = 8u;
+
+var<workgroup> undecided: atomic<u32>;
+
+// The lowest and the highest of the light's corners above the plane through `point`, as (lowest, highest).
+fn corner_heights(point: vec3f, normal: vec3f) -> vec2f {
+    let center = -dot(normal, point);
+    let reach = abs(normal.x) * light.half_width + abs(normal.y) * light.half_height;
+    return vec2f(center - reach, center + reach);
+}
+
+// No light arrives, or all of it: the receiver is turned away, or nothing can shadow its surroundings.
+fn is_decided(pixel: vec2u) -> bool {
+    if any(pixel >= frame.size) {
+        return true;
+    }
+    let receiver = load_receiver(pixel);
+    if !receiver.is_surface || shape.is_global == 1u {
+        return !receiver.is_surface;
+    }
+    let point = to_light_space(light, receiver.position_ws - light.center_ws);
+    let heights = corner_heights(point, to_light_space(light, receiver.normal_ws));
+    let is_behind = light.is_one_sided == 1u && point.z >= 0.0;
+    let box = pixel.y / BOX * ((frame.size.x + BOX - 1u) / BOX) + pixel.x / BOX;
+    return is_behind || heights.y <= 0.0 || (heights.x > 0.0 && receiver_boxes[box].count == 0.0);
+}
+
+// The samples at the light's corners, in a row of samples.
+fn root_samples(row: u32) -> u32 {
+    let in_row = 1u | 1u << right_shift(0u);
+    return select(0u, in_row, row % spacing(0u) == 0u);
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_begin(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let tile = group.y * tiles_across() + group.x;
+    let tree = tree_of(tile);
+    if lane == 0u {
+        atomicStore(&undecided, 0u);  // wgpu does not clear workgroup memory, though WebGPU says so
+    }
+    workgroupBarrier();
+    if !is_decided(tile_origin(tile) + local.xy) {
+        atomicStore(&undecided, 1u);
+    }
+    workgroupBarrier();
+    let has_work = atomicLoad(&undecided) == 1u;
+    if shape.is_global == 0u || tile == 0u {
+        if lane < shape.sample_rows {
+            requests[tree * shape.sample_rows + lane] = select(0u, root_samples(lane), has_work || shape.is_global == 1u);
+        }
+        if lane < shape.refined_rows {
+            refined[tree * shape.refined_rows + lane] = 0u;
+        }
+    }
+    if has_work && lane == 0u {
+        active_tiles[atomicAdd(&control.levels[0].active_tiles, 1u)] = tile;
+    }
+    if has_work && lane < shape.sample_rows {
+        atomicOr(&control.needed[lane], root_samples(lane));
+    }
+}

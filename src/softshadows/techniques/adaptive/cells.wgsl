@@ -1,0 +1,25 @@
+// Rows of a tree's cells, for kernels that only read them.
+
+@group(1) @binding(1) var<storage, read> requests: array<u32>;   // by tree and row of samples
+@group(1) @binding(2) var<storage, read> refined: array<u32>;    // by tree, level and row of cells
+
+fn is_active(tree: u32) -> bool {
+    return requests[tree * shape.sample_rows] != 0u;
+}
+
+// The cells of a level's row whose parents are refined.
+fn present_cells(tree: u32, level: u32, row: u32) -> u32 {
+    if level == 0u {
+        return select(0u, 1u, is_active(tree));
+    }
+    let parents = refined[refined_index(tree, level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
+    return parents | parents << spacing(level);
+}
+
+fn leaf_cells(tree: u32, level: u32, row: u32) -> u32 {
+    var cells = present_cells(tree, level, row);
+    if level < shape.deepest {
+        cells &= ~refined[refined_index(tree, level, row)];
+    }
+    return cells;
+}

@@ -1,0 +1,90 @@
+// Where is the light sampled too coarsely? At every texel of the comparison, the number of a cell's corners that are visible,
+// and whether the texels around it see another number. [Schwaerzler2012 §3.3.3]
+
+//#include "receiver.wgsl"
+//#include "tree.wgsl"
+//#include "cells.wgsl"
+//#include "level.wgsl"
+
+@group(1) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
+@group(1) @binding(4) var<storage, read> masks: array<u32>;
+@group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
+@group(1) @binding(6) var<storage, read_write> control: Control;
+@group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
+
+// The number of visible corners of each cell in a row, from 0 to 4, as three bits in as many words.
+struct Corners {
+    ones: u32,
+    twos: u32,
+    fours: u32,
+};
+
+// [Schwaerzler2012 §3.3.3] The first pass: how many of the cells' corners a texel sees.
+fn visible_corners(tile: u32, lane: u32, row: u32) -> Corners {
+    let rows = sample_rows(step.level, row);
+    let low = masks[mask_index(tile, rows.x, lane)];
+    let high = masks[mask_index(tile, rows.y, lane)];
+    let shift = right_shift(step.level);
+    let low_ones = low ^ low >> shift;
+    let low_twos = low & low >> shift;
+    let high_ones = high ^ high >> shift;
+    let high_twos = high & high >> shift;
+    let carry = low_ones & high_ones;
+    return Corners(low_ones ^ high_ones, low_twos ^ high_twos ^ carry, low_twos & high_twos);
+}
+
+fn is_surface(pixel: vec2i) -> bool {
+    return all(pixel >= vec2i(0)) && all(pixel < vec2i(frame.size)) && textureLoad(g_position, vec2u(pixel), 0).w > 0.0;
+}
+
+// The cells of which a texel sees another number of corners, as far as its own tile knows them.
+fn differing_cells(here: Corners, pixel: vec2u, row: u32) -> u32 {
+    let tile = pixel.y / TILE * tiles_across() + pixel.x / TILE;
+    let there = visible_corners(tile, pixel.y % TILE * TILE + pixel.x % TILE, row);
+    let differing = (here.ones ^ there.ones) | (here.twos ^ there.twos) | (here.fours ^ there.fours);
+    return differing & present_cells(tree_of(tile), step.level, row);
+}
+
+// [Schwaerzler2012 §3.3.3] The second pass: cells of which the texel sees a part, and no neighbour another number.
+fn failing_cells(pixel: vec2u, tile: u32, lane: u32, row: u32, present: u32) -> u32 {
+    let here = visible_corners(tile, lane, row);
+    var failing = (here.ones | here.twos) & present;
+    for (var i = 0u; i < 8u && failing != 0u; i++) {
+        let beside = vec2i(pixel) + i32(shape.comparison_step) * neighbour(i);
+        if is_surface(beside) {
+            failing &= ~differing_cells(here, vec2u(beside), row);
+        }
+    }
+    return failing;
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_compare(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let list_at = list_index(group);
+    if list_at >= atomicLoad(&control.levels[step.level].active_tiles) || any(local.xy % shape.comparison_step != vec2u(0u)) {
+        return;
+    }
+    let tile = active_tiles[step.level * tile_count() + list_at];
+    let tree = tree_of(tile);
+    let pixel = tile_origin(tile) + local.xy;
+    if !is_surface(vec2i(pixel)) {
+        return;
+    }
+    let quadrant = local.y / QUADRANT * 2u + local.x / QUADRANT;
+    for (var row = 0u; row < cell_rows(step.level); row++) {
+        let present = present_cells(tree, step.level, row);
+        if present == 0u {
+            continue;
+        }
+        let failing = failing_cells(pixel, tile, lane, row, present);
+        if failing == 0u {
+            continue;
+        }
+        if step.level < shape.deepest {
+            atomicOr(&failures[failure_index(tree, step.level, row, quadrant)], failing);
+        } else if atomicOr(&failures[failure_index(tree, shape.deepest, 0u, 0u)], 1u) == 0u {
+            atomicAdd(&report[CAPPED_TILES], 1u);
+            break;
+        }
+    }
+}

@@ -1,0 +1,27 @@
+// Fit the maps of a level's samples to the receivers of the trees that request them: one workgroup per sample.
+
+//#include "../../passes/shadow_atlas/windows.wgsl"
+//#include "tree.wgsl"
+//#include "level.wgsl"
+
+@group(1) @binding(1) var<storage, read> requests: array<u32>;
+@group(1) @binding(6) var<storage, read_write> control: Control;
+
+const BOXES_PER_TILE = 2u;  // along a side
+
+fn is_receiver(box: u32, sample: u32) -> bool {
+    let across = (shape.image_size.x * BOXES_PER_TILE + TILE - 1u) / TILE;
+    let tile = box / across / BOXES_PER_TILE * tiles_across() + box % across / BOXES_PER_TILE;
+    return (requests[tree_of(tile) * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns) & 1u) == 1u;
+}
+
+@compute @workgroup_size(LANES)
+fn cs_fit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let rank = group.x;
+    let sample = control.ranked[rank];
+    let in_batch = select(rank % step.samples_per_batch, sample, shape.is_resident == 1u);
+    let tile_size = control.levels[step.level].tile_size;
+    let tiles_per_row = control.levels[step.level].tiles_per_row;
+    let chunk = step.first_chunk + rank / step.samples_per_batch;
+    fit_sample(sample, Slot(in_batch, tile_size, tiles_per_row, chunk, step.fineness * light.texels_per_pixel), lane);
+}

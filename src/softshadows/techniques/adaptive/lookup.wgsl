@@ -1,0 +1,51 @@
+// Look a batch's light samples up once at every pixel whose tree requests them, and remember the answers as bits.
+
+//#include "receiver.wgsl"
+//#include "shadow_map.wgsl"
+//#include "tree.wgsl"
+//#include "level.wgsl"
+
+@group(1) @binding(1) var<storage, read> requests: array<u32>;
+@group(1) @binding(4) var<storage, read_write> masks: array<u32>;          // by tile, row of samples and pixel
+@group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
+@group(1) @binding(6) var<storage, read_write> control: Control;
+
+// The bits of a row that stand for samples from `first` to `last`.
+fn bits_between(row: u32, first: u32, last: u32) -> u32 {
+    let low = select(0u, first % shape.columns, row == first / shape.columns);
+    let high = select(31u, last % shape.columns, row == last / shape.columns);
+    return (0xffffffffu << low) & (0xffffffffu >> (31u - high));
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_lookup(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let list_at = list_index(group);
+    let count = control.levels[step.level].sample_count;
+    if list_at >= atomicLoad(&control.levels[step.level].active_tiles) || step.first_rank >= count {
+        return;
+    }
+    let tile = active_tiles[step.level * tile_count() + list_at];
+    let pixel = tile_origin(tile) + local.xy;
+    if any(pixel >= frame.size) {
+        return;
+    }
+    let surface = load_receiver(pixel);
+    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
+
+    // The batch's samples: in order, so all new ones that the tree requests between the first and the last.
+    let first = control.ranked[step.first_rank];
+    let last = control.ranked[min(step.first_rank + step.samples_per_batch, count) - 1u];
+    for (var row = first / shape.columns; row <= last / shape.columns; row++) {
+        let requested = requests[tree_of(tile) * shape.sample_rows + row] & new_samples(row) & bits_between(row, first, last);
+        var visible = 0u;
+        for (var rest = select(0u, requested, surface.is_surface); rest != 0u; rest &= rest - 1u) {
+            let column = firstTrailingBit(rest);
+            visible |= select(0u, 1u << column, sample_is_visible(shape.columns * row + column, receiver));
+        }
+        // What an earlier frame left about these samples is replaced.
+        if requested != 0u {
+            let at = mask_index(tile, row, lane);
+            masks[at] = (masks[at] & ~requested) | visible;
+        }
+    }
+}

@@ -1,0 +1,91 @@
+// Refine the cells that failed, and request the samples at their children's corners. [Schwaerzler2012 §3.3.4]
+
+//#include "tree.wgsl"
+//#include "level.wgsl"
+
+@group(1) @binding(1) var<storage, read_write> requests: array<u32>;
+@group(1) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(1) @binding(3) var<storage, read> failures: array<u32>;
+@group(1) @binding(5) var<storage, read_write> active_tiles: array<u32>;
+@group(1) @binding(6) var<storage, read_write> control: Control;
+
+const INVOCATIONS = 64u;
+
+fn present_cells(tree: u32, row: u32) -> u32 {
+    if step.level == 0u {
+        return 1u;
+    }
+    let parents = refined[refined_index(tree, step.level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
+    return parents | parents << spacing(step.level);
+}
+
+// Cells that fail in a tile.
+fn failing_cells(tree: u32, row: u32) -> u32 {
+    var failing = 0u;
+    for (var quadrant = 0u; quadrant < QUADRANTS; quadrant++) {
+        failing |= failures[failure_index(tree, step.level, row, quadrant)];
+    }
+    return failing;
+}
+
+// Cells that fail in the near quadrants of the tiles around a tile: a coarser tree on this side of the border would show.
+fn failing_beside(tile: u32, row: u32) -> u32 {
+    let across = i32(tiles_across());
+    let at = vec2i(i32(tile) % across, i32(tile) / across);
+    var failing = 0u;
+    for (var i = 0u; i < 8u; i++) {
+        let there = at + neighbour(i);
+        if any(there < vec2i(0)) || there.x >= across || there.y >= i32(tile_count()) / across {
+            continue;
+        }
+        for (var quadrant = 0u; quadrant < QUADRANTS; quadrant++) {
+            let side = vec2i(vec2u(quadrant % 2u, quadrant / 2u)) * 2 - 1;  // where in its tile the quadrant lies
+            let is_near = all((neighbour(i) == vec2i(0)) | (neighbour(i) == -side));
+            if is_near {
+                failing |= failures[failure_index(u32(there.y * across + there.x), step.level, row, quadrant)];
+            }
+        }
+    }
+    return failing;
+}
+
+// [Schwaerzler2012 §3.3.4] The new corners of the four quarters of each refined cell.
+fn request_children(tree: u32, row: u32, cells: u32) {
+    let half = spacing(step.level + 1u);
+    let in_row = cells | cells << half | cells << (2u * half);
+    for (var i = 0u; i < select(1u, 3u, shape.has_rows == 1u); i++) {
+        let sample_row = sample_rows(step.level, row).x + i * half;
+        requests[tree * shape.sample_rows + sample_row] |= in_row;
+        atomicOr(&control.needed[sample_row], in_row);
+    }
+}
+
+// One invocation per tile; the first one writes where all share a tree.
+@compute @workgroup_size(INVOCATIONS)
+fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= atomicLoad(&control.levels[step.level].active_tiles) {
+        return;
+    }
+    let tile = active_tiles[step.level * tile_count() + id.x];
+    let tree = tree_of(tile);
+    var is_active = false;
+    for (var row = 0u; row < cell_rows(step.level); row++) {
+        var cells = failing_cells(tree, row);
+        if shape.reaches_out == 1u {
+            cells |= failing_beside(tile, row);
+        }
+        cells &= present_cells(tree, row);
+        if cells == 0u {
+            continue;
+        }
+        is_active = true;
+        if shape.is_global == 0u || id.x == 0u {
+            refined[refined_index(tree, step.level, row)] = cells;
+            request_children(tree, row, cells);
+        }
+    }
+    if is_active {
+        let list_at = atomicAdd(&control.levels[step.level + 1u].active_tiles, 1u);
+        active_tiles[(step.level + 1u) * tile_count() + list_at] = tile;
+    }
+}

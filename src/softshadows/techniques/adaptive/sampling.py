@@ -1,0 +1,342 @@
+"""Adaptive sampling at work on the GPU, for lights of one shape: all levels of the tree, waiting for none of them.
+
+    begin.wgsl     every tile of 16×16 pixels starts with the tree's root
+    then level by level
+      list.wgsl    the samples that some tile requests, and their share of the atlas
+      fit.wgsl     their maps' windows, around the receivers in the tiles that request them
+      lookup.wgsl  each map looked up once per pixel, and remembered as a bit (batch by batch, after its draw)
+      compare.wgsl the paper's test of neighbouring maps, in the camera's image
+      refine.wgsl  cells that failed are refined, and request the next level's samples
+    average.wgsl   the bits, weighted, are the visibility
+
+A level's maps are drawn in at most BATCHES draws, since the CPU does not know how many there will be: where a level
+requests few samples, the later draws and look-ups are empty.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.kernel import Kernel, Resource
+from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
+from softshadows.passes.gbuffer.gbuffer import FrameUniforms
+from softshadows.passes.shadow_atlas.shadow_atlas import (
+    SHADOW_STRUCTS,
+    AtlasPlan,
+    Chunk,
+    DrawView,
+    ReceiverBox,
+    SampledLight,
+    ShadowAtlas,
+    tile_size,
+)
+from softshadows.scene.lights import Light
+from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice
+from softshadows.techniques.base import RenderContext
+
+_HERE = Path(__file__).parent
+_USAGE = wgpu.BufferUsage
+TILE = 16
+"""Pixels along a tile's side."""
+QUADRANTS = 4
+BATCHES = (1, 1, 2, 3, 6)
+"""By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
+FINENESS = tuple(map(float, __import__("os").environ.get("FINE", "1,1,1,1,1").split(",")))
+REPORT_WORDS = 4
+REFINE_INVOCATIONS = 64
+STEPPED_KERNELS = ("list", "fit", "lookup", "compare", "refine")
+Changing = dict[int, wgpu.GPUBindGroup]
+"""A bind group that changes from dispatch to dispatch, by its number."""
+
+
+class TreeShape(Struct):
+    """What the kernels know of the lattice, the picture and the options (tree.wgsl)."""
+
+    image_size: Vec2u
+    deepest: U32
+    has_columns: U32
+    has_rows: U32
+    columns: U32
+    sample_rows: U32
+    sample_count: U32
+    refined_rows: U32  # of cells above the deepest level
+    is_global: U32
+    reaches_out: U32  # failures near a tile's border refine the tile beyond, too
+    comparison_step: U32  # pixels from texel to texel of the comparison
+    is_resident: U32  # all maps share the atlas for the whole frame
+    largest_tile: U32
+    atlas_size: U32
+
+
+class Step(Struct):
+    """Where in the frame a dispatch stands: the level, its samples and draws, and the first map that the atlas holds.
+
+    `samples` are the bits of a row of the level's samples, `older_samples` those of the level above.
+    """
+
+    level: U32
+    samples: U32
+    older_samples: U32
+    samples_per_batch: U32
+    first_chunk: U32
+    first_rank: U32
+    fineness: F32  # of the level's maps: texels along a pixel, over those of the first level
+
+
+class Levels(Struct):
+    """The levels that one pass of the average adds up."""
+
+    first: U32
+    end: U32
+
+
+STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS)
+
+
+def plan_batches(
+    gpu: Gpu, lattice: Lattice, size: tuple[int, int], resolution: int | str, memory_budget: int
+) -> tuple[AtlasPlan, list[int]]:
+    """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size."""
+    samples, counts = lattice.rows * lattice.columns, [lattice.count(level) for level in range(lattice.depth + 1)]
+    tile = tile_size(gpu, size, resolution, memory_budget)
+    atlas_size = min(int(np.sqrt(memory_budget * 2**20 / 4)), gpu.limit("max-texture-dimension-2d"))
+    atlas_size = min(atlas_size, tile * int(np.ceil(np.sqrt(samples))))
+    at_one_time = (atlas_size // tile) ** 2
+    batches = [-(-count // at_one_time) for count in counts]
+    if resolution == "auto":  # smaller maps rather than many draws
+        batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
+    plan = AtlasPlan(
+        samples=samples,
+        tile=tile,
+        is_auto=resolution == "auto",
+        tiles_per_row=atlas_size // tile,
+        atlas_size=atlas_size,
+        samples_per_batch=samples,
+        samples_per_chunk=max(-(-count // draws) for count, draws in zip(counts, batches, strict=True)),
+        chunks=sum(batches),
+    )
+    return plan, batches
+
+
+@dataclass(frozen=True)
+class SamplingOptions:
+    """What the technique's options mean for the kernels."""
+
+    is_global: bool
+    comparison_step: int
+    paper_weights: bool
+    is_deferred: bool
+    bias_scale: float
+
+
+class AdaptiveSampling:
+    """The state and the passes for lights with one lattice; one light at a time."""
+
+    def __init__(
+        self,
+        context: RenderContext,
+        lattice: Lattice,
+        plan: AtlasPlan,
+        batches: list[int],
+        options: SamplingOptions,
+        report: wgpu.GPUBuffer,
+    ) -> None:
+        self._context, self._lattice, self._plan = context, lattice, plan
+        self._batches, self._options = batches, options
+        self._atlas = ShadowAtlas(context.gpu, context.scene, context.gbuffer, plan, bias_scale=options.bias_scale)
+        width, height = context.gbuffer.size
+        self._tiles = (-(-width // TILE), -(-height // TILE))
+        self.bytes = self._atlas.bytes
+        self._buffers = self._make_buffers(report)
+        self._kernels = self._make_kernels()
+        self._steps = self._make_steps()
+        self._sums = self._make_sums()
+
+    def _make_buffers(self, report: wgpu.GPUBuffer) -> dict[str, wgpu.GPUBuffer]:
+        """By the names that the shaders give them, in the order of their bindings."""
+        gpu, lattice, options = self._context.gpu, self._lattice, self._options
+        tiles = self._tiles[0] * self._tiles[1]
+        trees = 1 if options.is_global else tiles
+        refined_rows = (1 << lattice.depth) - 1 if lattice.has_rows else lattice.depth
+        shape = TreeShape(
+            image_size=self._context.gbuffer.size,
+            deepest=lattice.depth,
+            has_columns=int(lattice.has_columns),
+            has_rows=int(lattice.has_rows),
+            columns=lattice.columns,
+            sample_rows=lattice.rows,
+            sample_count=self._plan.samples,
+            refined_rows=refined_rows,
+            is_global=int(options.is_global),
+            reaches_out=int(not options.is_global),
+            comparison_step=options.comparison_step,
+            is_resident=int(self._plan.tiles_per_row**2 >= self._plan.samples),
+            largest_tile=self._plan.tile,
+            atlas_size=self._plan.atlas_size,
+        )
+
+        def buffer(words: int, usage: int = 0) -> wgpu.GPUBuffer:
+            size = 4 * max(words, 4)
+            gpu.check_buffer(size, "the remembered look-ups")
+            self.bytes += size
+            return gpu.device.create_buffer(size=size, usage=_USAGE.STORAGE | _USAGE.COPY_DST | _USAGE.COPY_SRC | usage)
+
+        return {
+            "shape": self._uniform(shape),
+            "requests": buffer(trees * lattice.rows),
+            "refined": buffer(trees * refined_rows),
+            "failures": buffer(trees * (refined_rows * QUADRANTS + 1)),
+            "masks": buffer(tiles * lattice.rows * TILE * TILE),
+            "active_tiles": buffer((lattice.depth + 1) * tiles),
+            "control": buffer(CONTROL_WORDS),
+            "report": report,
+            "dispatches": buffer(8 * (lattice.depth + 1), _USAGE.INDIRECT),
+        }
+
+    def _uniform(self, value: Struct) -> wgpu.GPUBuffer:
+        data = pack(value)
+        self.bytes += len(data)
+        return self._context.gpu.device.create_buffer_with_data(data=data, usage=_USAGE.UNIFORM)
+
+    def _make_kernels(self) -> dict[str, Kernel]:
+        """By file. Bind group 3, which changes from dispatch to dispatch, is given there."""
+        numbers = {name: number for number, name in enumerate(self._buffers)}
+        atlas, gbuffer = self._atlas, self._context.gbuffer
+        position, normal = gbuffer.position.create_view(), gbuffer.normal.create_view()
+        receivers = _numbered(gbuffer.uniforms, position, normal)
+
+        def kernel(name: str, buffers: str, others: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
+            own = {numbers[buffer]: self._buffers[buffer] for buffer in ("shape", *buffers.split())}
+            groups = {1: own, **others}
+            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", STRUCTS, groups, constants)
+
+        windows = _numbered(atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments)
+        return {
+            "begin": kernel(
+                "begin",
+                "requests refined active_tiles control",
+                {0: receivers, 2: _numbered(atlas.light, atlas.boxes)},
+            ),
+            "list": kernel("list", "control report dispatches", {}),
+            "fit": kernel("fit", "requests control", {0: windows}),
+            "lookup": kernel(
+                "lookup",
+                "requests masks active_tiles control",
+                {0: receivers, 2: _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)},
+            ),
+            "compare": kernel(
+                "compare",
+                "requests refined failures masks active_tiles control report",
+                {0: _numbered(gbuffer.uniforms, position)},
+            ),
+            "refine": kernel("refine", "requests refined failures active_tiles control", {}),
+            "average": kernel(
+                "average",
+                "requests refined masks report",
+                {0: receivers, 2: _numbered(atlas.light, self._context.visibility)},
+                paper_weights=float(self._options.paper_weights),
+            ),
+        }
+
+    def _make_steps(self) -> list[list[dict[str, Changing]]]:
+        """By level and batch: the step, bound for every kernel that asks for it."""
+        lattice, steps = self._lattice, []
+        for level, batches in enumerate(self._batches):
+            per_batch = -(-lattice.count(level) // batches)
+            first = Step(
+                level=level,
+                samples=_every(lattice.spacing(level), lattice.columns),
+                older_samples=_every(lattice.spacing(level - 1), lattice.columns) if level else 0,
+                samples_per_batch=per_batch,
+                first_chunk=sum(self._batches[:level]),
+                first_rank=0,
+                fineness=FINENESS[level],
+            )
+            uniforms = [self._uniform(replace(first, first_rank=batch * per_batch)) for batch in range(batches)]
+            steps.append(
+                [
+                    {name: {3: self._kernels[name].bind(3, {0: uniform})} for name in STEPPED_KERNELS}
+                    for uniform in uniforms
+                ]
+            )
+        return steps
+
+    def _make_sums(self) -> list[Changing]:
+        """The passes of the average: one over all levels, or one for each where the evaluation is deferred."""
+        levels = self._lattice.depth + 1
+        ranges = [(level, level + 1) for level in range(levels)] if self._options.is_deferred else [(0, levels)]
+        average = self._kernels["average"]
+        return [{3: average.bind(3, {0: self._uniform(Levels(first=first, end=end))})} for first, end in ranges]
+
+    def set_lights(self, lights: list[tuple[Light, int]]) -> None:
+        """Write this frame's lights, each with its layer of visibility."""
+        weights = np.ones(self._plan.samples)
+        self._atlas.set_lights(
+            [SampledLight(light, layer, self._lattice.points(light), weights) for light, layer in lights]
+        )
+
+    def encode(self, commands: Commands, index: int) -> None:
+        """Find light `index`'s visibility."""
+        commands.encoder.clear_buffer(self._buffers["control"])
+        commands.encoder.clear_buffer(self._buffers["failures"])
+        self._atlas.encode_receivers(commands.encoder, commands.timer, index)
+        with commands.compute("compare") as compute:
+            self._kernels["begin"].begin(compute)
+            compute.dispatch_workgroups(*self._tiles)
+        for level in range(self._lattice.depth + 1):
+            self._encode_level(commands, level)
+        with commands.compute("average") as compute:
+            for levels in self._sums:
+                self._kernels["average"].begin(compute, levels)
+                compute.dispatch_workgroups(*self._tiles)
+
+    def _encode_level(self, commands: Commands, level: int) -> None:
+        kernels, dispatches, steps = self._kernels, self._buffers["dispatches"], self._steps[level]
+        tiles, samples = 32 * level, 32 * level + 16  # offsets of the level's indirect dispatches
+        with commands.compute("fit") as compute:
+            kernels["list"].begin(compute, steps[0]["list"])
+            compute.dispatch_workgroups(1)
+            kernels["fit"].begin(compute, steps[0]["fit"])
+            compute.dispatch_workgroups_indirect(dispatches, samples)
+        for batch, step in enumerate(steps):
+            chunk = sum(self._batches[:level]) + batch
+            self._atlas.encode_draw(commands.encoder, commands.timer, chunk, clears_atlas=False, clears_views=True)
+            with commands.compute("lookup") as compute:
+                kernels["lookup"].begin(compute, step["lookup"])
+                compute.dispatch_workgroups_indirect(dispatches, tiles)
+            commands.account(self._batch_ms(level))
+        if self._lattice.depth == 0:
+            return
+        with commands.compute("compare") as compute:
+            kernels["compare"].begin(compute, steps[0]["compare"])
+            compute.dispatch_workgroups_indirect(dispatches, tiles)
+            if level < self._lattice.depth:
+                kernels["refine"].begin(compute, steps[0]["refine"])
+                compute.dispatch_workgroups(-(-self._tiles[0] * self._tiles[1] // REFINE_INVOCATIONS))
+
+    def _batch_ms(self, level: int) -> float:
+        """What one of the level's batches takes at most."""
+        gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
+        samples = self._lattice.count(level) / self._batches[level]
+        return samples * (
+            self._context.scene.triangle_count / gpu.triangles_per_ms + width * height / gpu.lookups_per_ms
+        )
+
+
+CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2
+
+
+def _numbered(*resources: Resource) -> dict[int, Resource]:
+    return dict(enumerate(resources))
+
+
+def _every(spacing: int, columns: int) -> int:
+    """The bits 0, spacing, 2 × spacing ... below `columns`."""
+    return sum(1 << column for column in range(0, columns, spacing))

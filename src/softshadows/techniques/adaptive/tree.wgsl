@@ -1,0 +1,106 @@
+// The light's trees on the GPU: what the kernels of this folder share (bind group 1; each declares what it uses).
+//
+// A *tree* is the set of cells that some part of the picture has refined: one for every tile of 16×16 pixels, or a single
+// one for the whole picture (the paper's). A cell is *present* in a tree if its parent is refined, a *leaf* if it is present
+// and not refined itself. A tree *requests* the samples at the corners of its cells.
+//
+// All of it is rows of bits, so that a row of cells is worked on at once. Sample (x, y) of the lattice is bit x of row y. A
+// cell is the bit of its lower left corner: at level d, whose cells are `spacing` samples wide, cell (i, j) is bit
+// i × spacing of the level's row j, and its corners are the bits there and `spacing` farther in the sample rows
+// j × spacing and (j + 1) × spacing. On a line there is one row of either, and corners coincide in pairs.
+
+//#struct TreeShape
+
+const TILE = 16u;
+const PIXELS = 256u;       // of a tile
+const QUADRANT = 8u;       // pixels along the side of a tile's quadrant
+const QUADRANTS = 4u;
+const MOST_LEVELS = 5u;
+const MOST_ROWS = 17u;
+const MOST_SAMPLES = 289u;
+const GROUPS_PER_ROW = 256u;  // of an indirect dispatch over a list, which may be longer than one dimension allows
+
+const SHADOW_MAPS = 0u;   // what a frame reports over all its lights, by word
+const CAPPED_TILES = 1u;  // where the deepest level fails too
+const LOOKUPS_LOW = 2u;   // of all pixels, 64 bits
+const LOOKUPS_HIGH = 3u;
+
+@group(1) @binding(0) var<uniform> shape: TreeShape;
+
+// What the levels hand on to each other.
+struct LevelState {
+    sample_count: u32,      // requested by some tree: the level's maps
+    tile_size: u32,         // of its maps, texels
+    tiles_per_row: u32,
+    active_tiles: atomic<u32>,
+};
+struct Control {
+    levels: array<LevelState, MOST_LEVELS>,
+    needed: array<atomic<u32>, MOST_ROWS>,     // samples that some tree requests
+    ranked: array<u32, MOST_SAMPLES>,          // the level's requested samples, in order
+};
+
+fn spacing(level: u32) -> u32 {
+    return 1u << (shape.deepest - level);
+}
+
+fn cell_rows(level: u32) -> u32 {
+    return select(1u, 1u << level, shape.has_rows == 1u);
+}
+
+// Rows of cells above the level, which is where its own begin.
+fn first_cell_row(level: u32) -> u32 {
+    return select(level, (1u << level) - 1u, shape.has_rows == 1u);
+}
+
+// The two rows of samples at the corners of a level's row of cells.
+fn sample_rows(level: u32, row: u32) -> vec2u {
+    return select(vec2u(0u), vec2u(row, row + 1u) * spacing(level), shape.has_rows == 1u);
+}
+
+// From a cell's bit to that of its right corners.
+fn right_shift(level: u32) -> u32 {
+    return select(0u, spacing(level), shape.has_columns == 1u);
+}
+
+fn tiles_across() -> u32 {
+    return (shape.image_size.x + TILE - 1u) / TILE;
+}
+
+fn tile_count() -> u32 {
+    return tiles_across() * ((shape.image_size.y + TILE - 1u) / TILE);
+}
+
+fn tree_of(tile: u32) -> u32 {
+    return select(tile, 0u, shape.is_global == 1u);
+}
+
+fn tile_origin(tile: u32) -> vec2u {
+    return TILE * vec2u(tile % tiles_across(), tile / tiles_across());
+}
+
+// The eight tiles or texels around one, row by row; opposite ones add up to 7.
+fn neighbour(i: u32) -> vec2i {
+    let at = i32(select(i + 1u, i, i < 4u));
+    return vec2i(at % 3, at / 3) - 1;
+}
+
+// A tile's place in a list that an indirect dispatch runs over.
+fn list_index(group: vec3u) -> u32 {
+    return group.y * GROUPS_PER_ROW + group.x;
+}
+
+// Where a pixel's look-ups are remembered: row `row` of samples, pixel `lane` of the tile.
+fn mask_index(tile: u32, row: u32, lane: u32) -> u32 {
+    return (tile * shape.sample_rows + row) * PIXELS + lane;
+}
+
+// Where a tree's row of refined cells is kept.
+fn refined_index(tree: u32, level: u32, row: u32) -> u32 {
+    return tree * shape.refined_rows + first_cell_row(level) + row;
+}
+
+// Where a tree's failures are kept: by row of cells and quadrant of the tile, then whether the deepest level fails.
+fn failure_index(tree: u32, level: u32, row: u32, quadrant: u32) -> u32 {
+    return tree * (shape.refined_rows * QUADRANTS + 1u) + (first_cell_row(level) + row) * QUADRANTS + quadrant;
+}
