@@ -172,6 +172,17 @@ def test_one_corner_child_subdivided_takes_fourteen_maps() -> None:
     check_model(frame, gpu, tree)
 
 
+def crumbs() -> ss.Scene:
+    """Scraps of floor a few pixels wide over nothing, in penumbrae of many widths: silhouettes everywhere, and with this
+    seed a texel that depends on whether a neighbour counts whose tile does not have the cell."""
+    random = np.random.default_rng(37)
+    nodes = [stage.card(-0.9, 0.2, -0.7, 0.45, 1.1), stage.card(0.3, 0.8, -0.2, 1.2, 0.5)]
+    for x, z in random.uniform(-1.8, 1.8, (120, 2)):
+        half, height = random.uniform(0.01, 0.12), random.uniform(0.0, 0.3)
+        nodes.append(stage.moved(stage.floor(half), (x, height, z)))
+    return ss.Scene(nodes, [dataclasses.replace(stage.RECT, width=2.0, height=1.2)])
+
+
 SCENES: dict[str, tuple[ss.Scene, ss.Camera]] = {
     "standard": (STANDARD, stage.CAMERA),
     "line": (standard(stage.LIGHTS["line"]), stage.CAMERA),
@@ -181,6 +192,7 @@ SCENES: dict[str, tuple[ss.Scene, ss.Camera]] = {
     "flat rectangle": (standard(dataclasses.replace(stage.RECT, width=0.0)), stage.CAMERA),
     "no size": (standard(dataclasses.replace(stage.RECT, width=0.0, height=0.0)), stage.CAMERA),
     "o1": (o1(22.0), above()),
+    "crumbs": (crumbs(), ss.Camera((1.0, 1.6, 1.5), (0.1, 0.0, 0.0), 60.0)),
 }
 
 
