@@ -173,8 +173,8 @@ def test_one_corner_child_subdivided_takes_fourteen_maps() -> None:
 
 
 def crumbs() -> ss.Scene:
-    """Scraps of floor a few pixels wide over nothing, in penumbrae of many widths: silhouettes everywhere, and with this
-    seed a texel that depends on whether a neighbour counts whose tile does not have the cell."""
+    """Scraps of floor a few pixels wide over nothing, in penumbrae of many widths: silhouettes everywhere, and with
+    this seed a texel that depends on whether a neighbour counts whose tile does not have the cell."""
     random = np.random.default_rng(37)
     nodes = [stage.card(-0.9, 0.2, -0.7, 0.45, 1.1), stage.card(0.3, 0.8, -0.2, 1.2, 0.5)]
     for x, z in random.uniform(-1.8, 1.8, (120, 2)):
