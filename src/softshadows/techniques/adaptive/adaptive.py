@@ -41,10 +41,12 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.techniques.adaptive.sampling import (
     REPORT_WORDS,
+    TILE,
     AdaptiveSampling,
     SamplingOptions,
     plan_batches,
@@ -68,6 +70,12 @@ class Adaptive(Technique):
     weights: str = option(default="area", help="how samples are weighted", choices=("area", "paper"))
     comparison_scale: float = option(
         default=1.0, help="size of the comparison over the picture's", choices=(1.0, 0.5, 0.25)
+    )
+    threshold: int = option(
+        default=0, help="texels of the comparison that may fail before a cell is refined", low=0, high=1 << 24
+    )
+    max_maps: int = option(
+        default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
     )
     evaluation: str = option(
         default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
@@ -95,9 +103,14 @@ class AdaptivePass(TechniquePass):
             size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
         )
         self._samplings: dict[Lattice, AdaptiveSampling] = {}
+        self._written: tuple[tuple[Light, ...], Geometry] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
 
     def set_lights(self, lights: Sequence[Light]) -> None:
+        written = (tuple(lights), self._context.scene.geometry)
+        if written == self._written:
+            return
+        self._written = written
         groups: dict[Lattice, list[tuple[Light, int]]] = {}
         turns = []
         for layer, light in enumerate(lights):
@@ -118,6 +131,8 @@ class AdaptivePass(TechniquePass):
         plan, batches = plan_batches(context.gpu, lattice, size, technique.resolution, technique.memory_budget)
         options = SamplingOptions(
             is_global=technique.refinement == "global",
+            threshold=technique.threshold,
+            max_maps=technique.max_maps,
             comparison_step=round(1.0 / technique.comparison_scale),
             paper_weights=technique.weights == "paper",
             is_deferred=technique.evaluation == "deferred",
@@ -135,13 +150,15 @@ class AdaptivePass(TechniquePass):
         return {"report": (self._report, "<u4", (REPORT_WORDS,))}
 
     def take_results(self, results: Mapping[str, np.ndarray]) -> None:
-        maps, capped, low, high = (int(word) for word in results["report"])
+        maps, capped, low, high, refused = (int(word) for word in results["report"])
         width, height = self._context.gbuffer.size
         self.shadow_maps = maps
         self.lookups_per_pixel = (low + (high << 32)) / (width * height)
         self.warnings = []
+        if refused:
+            self.warnings.append(f"adaptive: {refused} levels of the light were left out, since max_maps is reached")
         if capped:
             self.warnings.append(
-                f"adaptive: {capped} tiles of 16×16 pixels need more light samples than max_depth="
-                f"{self._technique.max_depth} allows; bands may show there"
+                f"adaptive: max_depth={self._technique.max_depth} leaves bands in {capped} of "
+                f"{-(-width // TILE) * -(-height // TILE)} tiles of {TILE}×{TILE} pixels"
             )

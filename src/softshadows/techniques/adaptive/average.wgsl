@@ -4,9 +4,10 @@
 //#include "light_space.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
+//#include "remembered.wgsl"
 //#struct Levels
 
-@group(1) @binding(4) var<storage, read> masks: array<u32>;
+@group(1) @binding(6) var<storage, read_write> control: Control;
 @group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 @group(2) @binding(0) var<uniform> light: ShadowLight;
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
@@ -19,8 +20,8 @@ var<workgroup> receivers: atomic<u32>;
 // Visible corners of a row's leaves, each as often as it has leaves.
 fn visible_leaf_corners(tile: u32, lane: u32, level: u32, row: u32, leaves: u32) -> u32 {
     let rows = sample_rows(level, row);
-    let low = masks[mask_index(tile, rows.x, lane)];
-    let high = masks[mask_index(tile, rows.y, lane)];
+    let low = remembered(tile, rows.x, lane);
+    let high = remembered(tile, rows.y, lane);
     let right = leaves << right_shift(level);
     return countOneBits(low & leaves) + countOneBits(low & right) + countOneBits(high & leaves) + countOneBits(high & right);
 }
@@ -31,32 +32,32 @@ fn cell_area(level: u32) -> f32 {
     return f32(select(1u, side, shape.has_columns == 1u) * select(1u, side, shape.has_rows == 1u));
 }
 
-// The trapezoid rule: a quarter of each leaf's area to each of its corners. (visible, all), in quarters of the deepest cell.
-fn sum_by_area(tile: u32, tree: u32, lane: u32, level: u32) -> vec2f {
+// The trapezoid rule: a quarter of each leaf's area to each of its corners. In quarters of the deepest level's cell.
+fn sum_by_area(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> f32 {
     var visible = 0u;
     for (var row = 0u; row < cell_rows(level); row++) {
-        let leaves = leaf_cells(tree, level, row);
+        let leaves = leaf_cells(tree, level, row, deepest);
         if leaves != 0u {
             visible += visible_leaf_corners(tile, lane, level, row, leaves);
         }
     }
-    return vec2f(cell_area(level) * f32(visible), select(0.0, 4.0 * cell_area(0u), level == 0u));
+    return cell_area(level) * f32(visible);
 }
 
 // Samples in a row that are corners of a level's leaves.
-fn corners_of_leaves(tree: u32, level: u32, row: u32) -> u32 {
+fn corners_of_leaves(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
     if row % spacing(level) != 0u {
         return 0u;
     }
     let cell_row = select(0u, row / spacing(level), shape.has_rows == 1u);
     var leaves = 0u;
     if cell_row < cell_rows(level) {
-        leaves |= leaf_cells(tree, level, cell_row);
+        leaves |= leaf_cells(tree, level, cell_row, deepest);
     }
     if cell_row > 0u {
-        leaves |= leaf_cells(tree, level, cell_row - 1u);
+        leaves |= leaf_cells(tree, level, cell_row - 1u, deepest);
     }
-    return leaves | leaves << right_shift(level);
+    return leaves | (leaves << right_shift(level));
 }
 
 // [Schwaerzler2012 Eq. 3] 1 / (2^d + 1)² for a sample of a rectangle, 1 / (2^d + 1) on a line; here over that of the deepest level.
@@ -66,22 +67,37 @@ fn paper_weight(level: u32) -> f32 {
 }
 
 // Between leaves of different depth, which the paper leaves open, a sample takes the weight of the deepest.
-fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32) -> vec2f {
+fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> vec2f {
     var sums = vec2u(0u);
     for (var row = 0u; row < shape.sample_rows; row++) {
-        var samples = corners_of_leaves(tree, level, row);
-        for (var deeper = level + 1u; deeper <= shape.deepest; deeper++) {
-            samples &= ~corners_of_leaves(tree, deeper, row);
+        var samples = corners_of_leaves(tree, level, row, deepest);
+        for (var deeper = level + 1u; deeper <= deepest; deeper++) {
+            samples &= ~corners_of_leaves(tree, deeper, row, deepest);
         }
-        sums += vec2u(countOneBits(samples & masks[mask_index(tile, row, lane)]), countOneBits(samples));
+        sums += vec2u(countOneBits(samples & remembered(tile, row, lane)), countOneBits(samples));
     }
     return paper_weight(level) * vec2f(sums);
+}
+
+fn deepest_drawn() -> u32 {
+    return shape.deepest - min(control.refused_levels, shape.deepest);
+}
+
+// The bits of the samples that the levels down to `level` know, in a row.
+fn known_samples(level: u32, row: u32) -> u32 {
+    var samples = 0u;
+    if row % spacing(level) == 0u {
+        for (var column = 0u; column < shape.columns; column += spacing(level)) {
+            samples |= 1u << column;
+        }
+    }
+    return samples;
 }
 
 fn count_lookups(tree: u32) {
     var samples = 0u;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        samples += countOneBits(requests[tree * shape.sample_rows + row]);
+        samples += countOneBits(requests[tree * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
     }
     let added = samples * atomicLoad(&receivers);
     let before = atomicAdd(&report[LOOKUPS_LOW], added);
@@ -127,14 +143,15 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     // Between passes of the deferred evaluation, visibility holds the visible weight.
     var visible = select(visibility[at], 0.0, levels.first == 0u);
     var total = 0.0;
-    for (var level = 0u; level <= shape.deepest; level++) {
+    let deepest = deepest_drawn();
+    for (var level = 0u; level <= deepest; level++) {
         let is_summed = level >= levels.first && level < levels.end;
         if paper_weights {
-            let sums = sum_by_paper(tile, tree, lane, level);
+            let sums = sum_by_paper(tile, tree, lane, level, deepest);
             visible += select(0.0, sums.x, is_summed);
             total += sums.y;
         } else if is_summed {
-            visible += sum_by_area(tile, tree, lane, level).x;
+            visible += sum_by_area(tile, tree, lane, level, deepest);
         }
     }
     if !paper_weights {

@@ -41,7 +41,7 @@ fn is_decided(pixel: vec2u) -> bool {
 
 // The samples at the light's corners, in a row of samples.
 fn root_samples(row: u32) -> u32 {
-    let in_row = 1u | 1u << right_shift(0u);
+    let in_row = 1u | (1u << right_shift(0u));
     return select(0u, in_row, row % spacing(0u) == 0u);
 }
 

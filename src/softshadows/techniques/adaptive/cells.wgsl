@@ -13,12 +13,15 @@ fn present_cells(tree: u32, level: u32, row: u32) -> u32 {
         return select(0u, 1u, is_active(tree));
     }
     let parents = refined[refined_index(tree, level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
-    return parents | parents << spacing(level);
+    return parents | (parents << spacing(level));
 }
 
-fn leaf_cells(tree: u32, level: u32, row: u32) -> u32 {
+fn leaf_cells(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
+    if level > deepest {
+        return 0u;
+    }
     var cells = present_cells(tree, level, row);
-    if level < shape.deepest {
+    if level < deepest {
         cells &= ~refined[refined_index(tree, level, row)];
     }
     return cells;

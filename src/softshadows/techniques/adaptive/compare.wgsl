@@ -4,13 +4,14 @@
 //#include "receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
+//#include "remembered.wgsl"
 //#include "level.wgsl"
 
 @group(1) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
-@group(1) @binding(4) var<storage, read> masks: array<u32>;
 @group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(1) @binding(6) var<storage, read_write> control: Control;
 @group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
+@group(1) @binding(9) var<storage, read_write> counts: array<atomic<u32>>;   // by tree, level, row and cell
 
 // The number of visible corners of each cell in a row, from 0 to 4, as three bits in as many words.
 struct Corners {
@@ -22,13 +23,13 @@ struct Corners {
 // [Schwaerzler2012 §3.3.3] The first pass: how many of the cells' corners a texel sees.
 fn visible_corners(tile: u32, lane: u32, row: u32) -> Corners {
     let rows = sample_rows(step.level, row);
-    let low = masks[mask_index(tile, rows.x, lane)];
-    let high = masks[mask_index(tile, rows.y, lane)];
+    let low = remembered(tile, rows.x, lane);
+    let high = remembered(tile, rows.y, lane);
     let shift = right_shift(step.level);
-    let low_ones = low ^ low >> shift;
-    let low_twos = low & low >> shift;
-    let high_ones = high ^ high >> shift;
-    let high_twos = high & high >> shift;
+    let low_ones = low ^ (low >> shift);
+    let low_twos = low & (low >> shift);
+    let high_ones = high ^ (high >> shift);
+    let high_twos = high & (high >> shift);
     let carry = low_ones & high_ones;
     return Corners(low_ones ^ high_ones, low_twos ^ high_twos ^ carry, low_twos & high_twos);
 }
@@ -49,6 +50,9 @@ fn differing_cells(here: Corners, pixel: vec2u, row: u32) -> u32 {
 fn failing_cells(pixel: vec2u, tile: u32, lane: u32, row: u32, present: u32) -> u32 {
     let here = visible_corners(tile, lane, row);
     var failing = (here.ones | here.twos) & present;
+    if step.level < shape.sure_levels {
+        return failing;
+    }
     for (var i = 0u; i < 8u && failing != 0u; i++) {
         let beside = vec2i(pixel) + i32(shape.comparison_step) * neighbour(i);
         if is_surface(beside) {
@@ -56,6 +60,14 @@ fn failing_cells(pixel: vec2u, tile: u32, lane: u32, row: u32, present: u32) -> 
         }
     }
     return failing;
+}
+
+fn count_failures(tree: u32, row: u32, failing: u32) {
+    if shape.threshold > 0u {
+        for (var rest = failing; rest != 0u; rest &= rest - 1u) {
+            atomicAdd(&counts[count_index(tree, step.level, row, firstTrailingBit(rest))], 1u);
+        }
+    }
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -82,8 +94,11 @@ fn cs_compare(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         }
         if step.level < shape.deepest {
             atomicOr(&failures[failure_index(tree, step.level, row, quadrant)], failing);
-        } else if atomicOr(&failures[failure_index(tree, shape.deepest, 0u, 0u)], 1u) == 0u {
-            atomicAdd(&report[CAPPED_TILES], 1u);
+            count_failures(tree, row, failing);
+        } else {
+            if atomicOr(&failures[capped_index(tile)], 1u) == 0u {
+                atomicAdd(&report[CAPPED_TILES], 1u);
+            }
             break;
         }
     }

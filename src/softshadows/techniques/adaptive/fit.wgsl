@@ -12,7 +12,7 @@ const BOXES_PER_TILE = 2u;  // along a side
 fn is_receiver(box: u32, sample: u32) -> bool {
     let across = (shape.image_size.x * BOXES_PER_TILE + TILE - 1u) / TILE;
     let tile = box / across / BOXES_PER_TILE * tiles_across() + box % across / BOXES_PER_TILE;
-    return (requests[tree_of(tile) * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns) & 1u) == 1u;
+    return ((requests[tree_of(tile) * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns)) & 1u) == 1u;
 }
 
 @compute @workgroup_size(LANES)

@@ -6,9 +6,20 @@
 //#include "level.wgsl"
 
 @group(1) @binding(1) var<storage, read> requests: array<u32>;
-@group(1) @binding(4) var<storage, read_write> masks: array<u32>;          // by tile, row of samples and pixel
+@group(1) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
 @group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(1) @binding(6) var<storage, read_write> control: Control;
+
+// Answers about the samples of a row replace what an earlier frame left about them.
+fn remember(tile: u32, lane: u32, row: u32, requested: u32, visible: u32) {
+    let pair = mask_index(tile, row / 2u, lane);
+    let shift = 16u * (row % 2u);
+    masks[pair] = (masks[pair] & ~((requested & 0xffffu) << shift)) | ((visible & 0xffffu) << shift);
+    if (requested >> 16u) != 0u {
+        let lasts = mask_index(tile, mask_words() - 1u, lane);
+        masks[lasts] = insertBits(masks[lasts], visible >> 16u, row, 1u);
+    }
+}
 
 // The bits of a row that stand for samples from `first` to `last`.
 fn bits_between(row: u32, first: u32, last: u32) -> u32 {
@@ -42,10 +53,8 @@ fn cs_lookup(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
             let column = firstTrailingBit(rest);
             visible |= select(0u, 1u << column, sample_is_visible(shape.columns * row + column, receiver));
         }
-        // What an earlier frame left about these samples is replaced.
         if requested != 0u {
-            let at = mask_index(tile, row, lane);
-            masks[at] = (masks[at] & ~requested) | visible;
+            remember(tile, lane, row, requested, visible);
         }
     }
 }

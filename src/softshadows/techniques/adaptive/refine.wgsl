@@ -8,6 +8,7 @@
 @group(1) @binding(3) var<storage, read> failures: array<u32>;
 @group(1) @binding(5) var<storage, read_write> active_tiles: array<u32>;
 @group(1) @binding(6) var<storage, read_write> control: Control;
+@group(1) @binding(9) var<storage, read> counts: array<u32>;
 
 const INVOCATIONS = 64u;
 
@@ -16,7 +17,7 @@ fn present_cells(tree: u32, row: u32) -> u32 {
         return 1u;
     }
     let parents = refined[refined_index(tree, step.level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
-    return parents | parents << spacing(step.level);
+    return parents | (parents << spacing(step.level));
 }
 
 // Cells that fail in a tile.
@@ -24,6 +25,12 @@ fn failing_cells(tree: u32, row: u32) -> u32 {
     var failing = 0u;
     for (var quadrant = 0u; quadrant < QUADRANTS; quadrant++) {
         failing |= failures[failure_index(tree, step.level, row, quadrant)];
+    }
+    if shape.threshold > 0u {
+        for (var rest = failing; rest != 0u; rest &= rest - 1u) {
+            let cell = firstTrailingBit(rest);
+            failing &= ~select(0u, 1u << cell, counts[count_index(tree, step.level, row, cell)] <= shape.threshold);
+        }
     }
     return failing;
 }
@@ -52,7 +59,7 @@ fn failing_beside(tile: u32, row: u32) -> u32 {
 // [Schwaerzler2012 §3.3.4] The new corners of the four quarters of each refined cell.
 fn request_children(tree: u32, row: u32, cells: u32) {
     let half = spacing(step.level + 1u);
-    let in_row = cells | cells << half | cells << (2u * half);
+    let in_row = cells | (cells << half) | (cells << (2u * half));
     for (var i = 0u; i < select(1u, 3u, shape.has_rows == 1u); i++) {
         let sample_row = sample_rows(step.level, row).x + i * half;
         requests[tree * shape.sample_rows + sample_row] |= in_row;
@@ -71,7 +78,7 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
     var is_active = false;
     for (var row = 0u; row < cell_rows(step.level); row++) {
         var cells = failing_cells(tree, row);
-        if shape.reaches_out == 1u {
+        if step.level < shape.sure_levels {
             cells |= failing_beside(tile, row);
         }
         cells &= present_cells(tree, row);

@@ -46,10 +46,15 @@ _USAGE = wgpu.BufferUsage
 TILE = 16
 """Pixels along a tile's side."""
 QUADRANTS = 4
+CELLS_PER_ROW = 16
+SURE_LEVELS = 2
+"""Measured: docs/decisions/0010-adaptive.md."""
 BATCHES = (1, 1, 2, 3, 6)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
-FINENESS = tuple(map(float, __import__("os").environ.get("FINE", "1,1,1,1,1").split(",")))
-REPORT_WORDS = 4
+FINENESS = (1.0, 1.0, 0.7, 0.5, 0.35)
+"""By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
+shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
+REPORT_WORDS = 5
 REFINE_INVOCATIONS = 64
 STEPPED_KERNELS = ("list", "fit", "lookup", "compare", "refine")
 Changing = dict[int, wgpu.GPUBindGroup]
@@ -68,7 +73,9 @@ class TreeShape(Struct):
     sample_count: U32
     refined_rows: U32  # of cells above the deepest level
     is_global: U32
-    reaches_out: U32  # failures near a tile's border refine the tile beyond, too
+    sure_levels: U32  # the first levels: what a tile or the next sees a part of is refined without a test
+    threshold: U32  # texels of a cell that may fail
+    most_samples: U32
     comparison_step: U32  # pixels from texel to texel of the comparison
     is_resident: U32  # all maps share the atlas for the whole frame
     largest_tile: U32
@@ -130,6 +137,8 @@ class SamplingOptions:
     """What the technique's options mean for the kernels."""
 
     is_global: bool
+    threshold: int
+    max_maps: int
     comparison_step: int
     paper_weights: bool
     is_deferred: bool
@@ -175,7 +184,9 @@ class AdaptiveSampling:
             sample_count=self._plan.samples,
             refined_rows=refined_rows,
             is_global=int(options.is_global),
-            reaches_out=int(not options.is_global),
+            sure_levels=0 if options.is_global else SURE_LEVELS,
+            threshold=options.threshold,
+            most_samples=options.max_maps,
             comparison_step=options.comparison_step,
             is_resident=int(self._plan.tiles_per_row**2 >= self._plan.samples),
             largest_tile=self._plan.tile,
@@ -184,7 +195,7 @@ class AdaptiveSampling:
 
         def buffer(words: int, usage: int = 0) -> wgpu.GPUBuffer:
             size = 4 * max(words, 4)
-            gpu.check_buffer(size, "the remembered look-ups")
+            gpu.check_buffer(size, "the look-ups that adaptive sampling remembers")
             self.bytes += size
             return gpu.device.create_buffer(size=size, usage=_USAGE.STORAGE | _USAGE.COPY_DST | _USAGE.COPY_SRC | usage)
 
@@ -192,12 +203,13 @@ class AdaptiveSampling:
             "shape": self._uniform(shape),
             "requests": buffer(trees * lattice.rows),
             "refined": buffer(trees * refined_rows),
-            "failures": buffer(trees * (refined_rows * QUADRANTS + 1)),
-            "masks": buffer(tiles * lattice.rows * TILE * TILE),
+            "failures": buffer(trees * refined_rows * QUADRANTS + tiles),
+            "masks": buffer(tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE),
             "active_tiles": buffer((lattice.depth + 1) * tiles),
             "control": buffer(CONTROL_WORDS),
             "report": report,
             "dispatches": buffer(8 * (lattice.depth + 1), _USAGE.INDIRECT),
+            "counts": buffer(trees * refined_rows * CELLS_PER_ROW if options.threshold else 0),
         }
 
     def _uniform(self, value: Struct) -> wgpu.GPUBuffer:
@@ -233,13 +245,13 @@ class AdaptiveSampling:
             ),
             "compare": kernel(
                 "compare",
-                "requests refined failures masks active_tiles control report",
+                "requests refined failures masks active_tiles control report counts",
                 {0: _numbered(gbuffer.uniforms, position)},
             ),
-            "refine": kernel("refine", "requests refined failures active_tiles control", {}),
+            "refine": kernel("refine", "requests refined failures active_tiles control counts", {}),
             "average": kernel(
                 "average",
-                "requests refined masks report",
+                "requests refined masks control report",
                 {0: receivers, 2: _numbered(atlas.light, self._context.visibility)},
                 paper_weights=float(self._options.paper_weights),
             ),
@@ -286,6 +298,7 @@ class AdaptiveSampling:
         """Find light `index`'s visibility."""
         commands.encoder.clear_buffer(self._buffers["control"])
         commands.encoder.clear_buffer(self._buffers["failures"])
+        commands.encoder.clear_buffer(self._buffers["counts"])
         self._atlas.encode_receivers(commands.encoder, commands.timer, index)
         with commands.compute("compare") as compute:
             self._kernels["begin"].begin(compute)
@@ -312,7 +325,7 @@ class AdaptiveSampling:
                 kernels["lookup"].begin(compute, step["lookup"])
                 compute.dispatch_workgroups_indirect(dispatches, tiles)
             commands.account(self._batch_ms(level))
-        if self._lattice.depth == 0:
+        if self._lattice.dimensions == 0:
             return
         with commands.compute("compare") as compute:
             kernels["compare"].begin(compute, steps[0]["compare"])
@@ -330,7 +343,7 @@ class AdaptiveSampling:
         )
 
 
-CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2
+CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 2
 
 
 def _numbered(*resources: Resource) -> dict[int, Resource]:

@@ -18,12 +18,14 @@ const QUADRANTS = 4u;
 const MOST_LEVELS = 5u;
 const MOST_ROWS = 17u;
 const MOST_SAMPLES = 289u;
+const CELLS_PER_ROW = 16u; // at most
 const GROUPS_PER_ROW = 256u;  // of an indirect dispatch over a list, which may be longer than one dimension allows
 
 const SHADOW_MAPS = 0u;   // what a frame reports over all its lights, by word
 const CAPPED_TILES = 1u;  // where the deepest level fails too
 const LOOKUPS_LOW = 2u;   // of all pixels, 64 bits
 const LOOKUPS_HIGH = 3u;
+const REFUSED_LEVELS = 4u;
 
 @group(1) @binding(0) var<uniform> shape: TreeShape;
 
@@ -38,6 +40,8 @@ struct Control {
     levels: array<LevelState, MOST_LEVELS>,
     needed: array<atomic<u32>, MOST_ROWS>,     // samples that some tree requests
     ranked: array<u32, MOST_SAMPLES>,          // the level's requested samples, in order
+    drawn_samples: u32,
+    refused_levels: u32,                       // the deepest ones, whose maps would have exceeded max_maps
 };
 
 fn spacing(level: u32) -> u32 {
@@ -90,9 +94,13 @@ fn list_index(group: vec3u) -> u32 {
     return group.y * GROUPS_PER_ROW + group.x;
 }
 
-// Where a pixel's look-ups are remembered: row `row` of samples, pixel `lane` of the tile.
-fn mask_index(tile: u32, row: u32, lane: u32) -> u32 {
-    return (tile * shape.sample_rows + row) * PIXELS + lane;
+// Where a pixel's look-ups are remembered: two rows of 16 samples to a word, then a word with every row's 17th.
+fn mask_index(tile: u32, word: u32, lane: u32) -> u32 {
+    return (tile * mask_words() + word) * PIXELS + lane;
+}
+
+fn mask_words() -> u32 {
+    return (shape.sample_rows + 1u) / 2u + 1u;
 }
 
 // Where a tree's row of refined cells is kept.
@@ -100,7 +108,17 @@ fn refined_index(tree: u32, level: u32, row: u32) -> u32 {
     return tree * shape.refined_rows + first_cell_row(level) + row;
 }
 
-// Where a tree's failures are kept: by row of cells and quadrant of the tile, then whether the deepest level fails.
+// Where the number of a cell's failing texels is kept, if there is a threshold.
+fn count_index(tree: u32, level: u32, row: u32, cell: u32) -> u32 {
+    return refined_index(tree, level, row) * CELLS_PER_ROW + cell / spacing(level);
+}
+
+// Where a tree's failures are kept, by row of cells and quadrant of the tile.
 fn failure_index(tree: u32, level: u32, row: u32, quadrant: u32) -> u32 {
-    return tree * (shape.refined_rows * QUADRANTS + 1u) + (first_cell_row(level) + row) * QUADRANTS + quadrant;
+    return (tree * shape.refined_rows + first_cell_row(level) + row) * QUADRANTS + quadrant;
+}
+
+// Where it is kept that a tile fails at the deepest level.
+fn capped_index(tile: u32) -> u32 {
+    return select(tile_count(), 1u, shape.is_global == 1u) * shape.refined_rows * QUADRANTS + tile;
 }

@@ -1,0 +1,10 @@
+// What a pixel remembers of its look-ups, for kernels that only read it.
+
+@group(1) @binding(4) var<storage, read> masks: array<u32>;
+
+// The samples of a row that the pixel sees.
+fn remembered(tile: u32, row: u32, lane: u32) -> u32 {
+    let pair = masks[mask_index(tile, row / 2u, lane)];
+    let lasts = masks[mask_index(tile, mask_words() - 1u, lane)];
+    return extractBits(pair, 16u * (row % 2u), 16u) | (extractBits(lasts, row, 1u) << 16u);
+}
