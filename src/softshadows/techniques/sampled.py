@@ -54,13 +54,14 @@ class SampledPass(TechniquePass):
         margin_texels: int = 1,
         search_margin: float = 0.0,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
+        keeps_maps: bool = False,
     ) -> None:
         super().__init__()
         self._context, self._samples_of, self._lookups = context, samples_of, lookups
         self._takes_center_only = takes_center_only
         self._resolution, self._memory_budget = resolution, memory_budget
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
-        self._search_margin = search_margin
+        self._search_margin, self._keeps_maps = search_margin, keeps_maps
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
@@ -110,6 +111,7 @@ class SampledPass(TechniquePass):
             bias_scale=self._bias_scale,
             margin_texels=self._margin_texels,
             search_margin=self._search_margin,
+            keeps_maps=self._keeps_maps,
         )
 
     def encode(self, commands: Commands) -> None:
@@ -117,9 +119,13 @@ class SampledPass(TechniquePass):
             atlas.encode_receivers(commands.encoder, commands.timer, index)
             atlas.encode_fit(commands.encoder, commands.timer)
             for chunk in range(atlas.plan.chunks):
-                starts_batch = atlas.plan.starts_batch(chunk)
+                clears_atlas = atlas.plan.starts_batch(chunk) and not atlas.keeps_maps
                 atlas.encode_draw(
-                    commands.encoder, commands.timer, chunk, clears_atlas=starts_batch, clears_views=False
+                    commands.encoder,
+                    commands.timer,
+                    chunk,
+                    clears_atlas=clears_atlas,
+                    clears_views=atlas.keeps_maps,
                 )
                 self._encode_lookups(commands, atlas, chunk)
                 commands.account(self._chunk_ms(atlas))

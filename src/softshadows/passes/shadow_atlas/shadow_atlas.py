@@ -29,6 +29,7 @@ from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f,
 from softshadows.gpu.timing import PassTimer
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms, GBuffer
+from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 
 _HERE = Path(__file__).parent
@@ -145,6 +146,11 @@ class AtlasPlan:
     def bytes(self) -> int:
         return 4 * self.atlas_size**2
 
+    @property
+    def holds_all(self) -> bool:
+        """Do all samples' maps lie in the atlas at one time?"""
+        return self.tiles_per_row**2 >= self.samples
+
     def starts_batch(self, chunk: int) -> bool:
         """Is the chunk the first of its batch?"""
         return chunk * self.samples_per_chunk % self.samples_per_batch == 0
@@ -213,8 +219,11 @@ class SampledLight:
 class ShadowAtlas:
     """The shadow maps of lights with `plan.samples` samples each, one light at a time.
 
-    `light`, `samples`, `boxes`, `views`, `draw_views`, `arguments` and `depth_view` are for techniques with fits and
-    look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include
+    With `keeps_maps`, and where all of them fit the atlas, a map is drawn again only when the light or the scene has
+    changed, or the camera sees receivers that it does not hold.
+
+    `light`, `samples`, `boxes`, `views`, `draw_views`, `arguments`, `drawn` and `depth_view` are for techniques with
+    fits and look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include
     shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
     """
 
@@ -228,10 +237,13 @@ class ShadowAtlas:
         bias_scale: float = 1.0,
         margin_texels: int = 1,
         search_margin: float = 0.0,
+        keeps_maps: bool = False,
     ) -> None:
         self.plan, self._gpu, self._scene, self._gbuffer = plan, gpu, scene, gbuffer
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
         self._search_margin = search_margin
+        self.keeps_maps = keeps_maps and plan.holds_all
+        self._kept_for: tuple[Light, Geometry] | None = None
         self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
         device = gpu.device
         gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
@@ -255,6 +267,7 @@ class ShadowAtlas:
             FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
             storage | _USAGE.VERTEX | _USAGE.COPY_SRC,
         )
+        self.drawn = buffer(4 * -(-plan.samples // 32), storage | write)
         self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
         self.depth = device.create_texture(
             size=(plan.atlas_size, plan.atlas_size, 1),
@@ -292,6 +305,7 @@ class ShadowAtlas:
             (self.views, readwrite),
             (self.draw_views, readwrite),
             (self.arguments, readwrite),
+            (self.drawn, readwrite),
         ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
@@ -365,6 +379,7 @@ class ShadowAtlas:
 
     def set_lights(self, lights: Sequence[SampledLight]) -> None:
         """Write this frame's lights; `encode_fit` takes them by their index."""
+        self._lights = [sampled.light for sampled in lights]
         self._stride = sum(buffer.size for buffer in self._per_light)
         if self._staging is None or self._staging.size < self._stride * len(lights):
             usage = _USAGE.COPY_SRC | _USAGE.COPY_DST
@@ -428,6 +443,10 @@ class ShadowAtlas:
     def encode_receivers(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
         """Let light `index` take its turn: boxes around what the G-buffer sees and something can shadow."""
         assert self._staging is not None, "set_lights() comes before encode_receivers()"
+        drawn_for = (self._lights[index], self._scene.geometry)
+        if not self.keeps_maps or drawn_for != self._kept_for:
+            encoder.clear_buffer(self.drawn)
+            self._kept_for = drawn_for
         offset = index * self._stride
         for buffer in self._per_light:
             encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)

@@ -23,7 +23,11 @@ struct DrawCounter {
 @group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
 @group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // DRAWS by chunk
 
+@group(0) @binding(6) var<storage, read_write> drawn_samples: array<atomic<u32>>;   // whose maps are in the atlas, as bits
+
 const LANES = 64u;
+const KEPT_FINENESS = 0.7;  // of the texels along a unit that a new map would have, to keep the old one
+const KEPT_ROOM = 0.1;      // of a window's extent, on each side, once the camera has moved
 const WINDOWS = 7u;
 const WIDE_FRONT = 6u;
 const DRAWS = 4u;  // cleared views, solid, opaque, masked triangles
@@ -38,6 +42,10 @@ const SMALLEST_SHARE = 0.0625; // of the tile's edge
 var<workgroup> lane_lows: array<vec2f, LANES>;
 var<workgroup> lane_highs: array<vec2f, LANES>;
 var<workgroup> lane_demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
+
+// What one lane works on, by face; of the windows the last is the front's wide one.
+var<private> windows: array<Window, WINDOWS>;
+var<private> views: array<ShadowView, FACES>;
 
 struct Window {
     low: vec2f,
@@ -78,8 +86,8 @@ fn box_extent(face: u32, limit: f32, low_ls: vec3f, high_ls: vec3f) -> Extent {
     return Extent(max(vec2f(range_a.x, range_b.x), vec2f(-limit)), min(vec2f(range_a.y, range_b.y), vec2f(limit)), 0.5 * (near + high.z));
 }
 
-// The windows of all faces around the receiver boxes, found by all lanes together; last, the front's wide one.
-fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) -> array<Window, WINDOWS> {
+// The windows of all faces around the receiver boxes, found by all lanes together.
+fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) {
     let sample_ls = vec3f(light_samples[sample].xy, 0.0);
     let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
     let face_count = select(FACES, 1u, light.is_directional == 1u);
@@ -109,7 +117,6 @@ fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) -> array<Window, W
             }
         }
     }
-    var windows: array<Window, WINDOWS>;
     for (var window = 0u; window < WINDOWS; window++) {
         lane_lows[lane] = lows[window];
         lane_highs[lane] = highs[window];
@@ -126,7 +133,6 @@ fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) -> array<Window, W
         windows[window] = Window(lane_lows[0], lane_highs[0], texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0));
         workgroupBarrier();
     }
-    return windows;
 }
 
 // Place the window in `size` texels of the atlas from `origin` on.
@@ -143,7 +149,7 @@ fn place(window: Window, origin: vec2f, size: vec2f) -> ShadowView {
 }
 
 // Can the wide front window hold all that the other faces' windows hold?
-fn front_can_hold(windows: array<Window, WINDOWS>) -> bool {
+fn front_can_hold() -> bool {
     let front = windows[FRONT];
     if is_empty(front) || !is_empty(windows[BACK]) {
         return false;
@@ -202,21 +208,8 @@ struct Slot {
     texels_per_pixel: f32,
 };
 
-fn fit_sample(sample: u32, slot: Slot, lane: u32) {
-    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
-    var windows = fit_windows(sample, slot.texels_per_pixel, lane);
-    if lane != 0u {
-        return;
-    }
-
-    // One wide window where it can hold everything and does not waste too many texels.
-    if front_can_hold(windows) {
-        windows[FRONT] = windows[WIDE_FRONT];
-        for (var face = 1u; face < FACES; face++) {
-            windows[face].high = EMPTY_HIGH;
-        }
-    }
-
+// Place the windows in the sample's tile: the largest face takes a column of it, the others stack up beside it.
+fn place_all(slot: Slot) {
     // Texels asked for, by face.
     var areas: array<f32, FACES>;
     var total = 0.0;
@@ -232,7 +225,6 @@ fn fit_sample(sample: u32, slot: Slot, lane: u32) {
         largest = select(largest, face, areas[face] > areas[largest]);
     }
 
-    // The largest face takes a column of the tile, the others stack up beside it.
     let tile = f32(slot.tile_size);
     let tile_origin = vec2f(vec2u(slot.index % slot.tiles_per_row, slot.index / slot.tiles_per_row) * slot.tile_size);
     let others = total - areas[largest];
@@ -242,23 +234,90 @@ fn fit_sample(sample: u32, slot: Slot, lane: u32) {
     }
     var row = 0.0;
     for (var face = 0u; face < FACES; face++) {
-        let view_index = sample * FACES + face;
-        var view = ShadowView(vec2f(0.0), vec2f(0.0), vec2u(0u), vec2u(0u));
-        if areas[face] > 0.0 {
-            if face == largest {
-                view = place(windows[face], tile_origin, vec2f(column, tile));
-            } else {
-                let height = floor(tile * (SMALLEST_SHARE + (1.0 - 5.0 * SMALLEST_SHARE) * areas[face] / others));
-                view = place(windows[face], tile_origin + vec2f(column, row), vec2f(tile - column, height));
-                row += height;
-            }
+        views[face] = ShadowView(vec2f(0.0), vec2f(0.0), vec2u(0u), vec2u(0u));
+        if areas[face] == 0.0 {
+            continue;
+        }
+        if face == largest {
+            views[face] = place(windows[face], tile_origin, vec2f(column, tile));
+        } else {
+            let height = floor(tile * (SMALLEST_SHARE + (1.0 - 5.0 * SMALLEST_SHARE) * areas[face] / others));
+            views[face] = place(windows[face], tile_origin + vec2f(column, row), vec2f(tile - column, height));
+            row += height;
+        }
+    }
+}
+
+// Do the views that the sample had in the last frame still show all that these would, and nearly as finely?
+fn still_serve(sample: u32) -> bool {
+    for (var face = 0u; face < FACES; face++) {
+        let wanted = views[face];
+        if wanted.size.x == 0u {
+            continue;
+        }
+        let had = shadow_views[sample * FACES + face];
+        if had.size.x == 0u || any(had.texels_per_unit < KEPT_FINENESS * wanted.texels_per_unit) {
+            return false;
+        }
+        let low = wanted.window_low + light.margin_texels / wanted.texels_per_unit;
+        let high = wanted.window_low + (vec2f(wanted.size) - light.margin_texels) / wanted.texels_per_unit;
+        let had_low = had.window_low + light.margin_texels / had.texels_per_unit;
+        let had_high = had.window_low + (vec2f(had.size) - light.margin_texels) / had.texels_per_unit;
+        // A view's far border is rounded up to whole texels, by up to one of its own.
+        if any(low < had_low - 1e-6 * abs(had_low)) || any(high > had_high + 1.0 / wanted.texels_per_unit) {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn widen_windows() {
+    for (var face = 0u; face < FACES; face++) {
+        if !is_empty(windows[face]) {
+            let room = KEPT_ROOM * (windows[face].high - windows[face].low);
+            windows[face].low -= room;
+            windows[face].high += room;
+        }
+    }
+}
+
+fn fit_sample(sample: u32, slot: Slot, lane: u32) {
+    fit_windows(sample, slot.texels_per_pixel, lane);
+    if lane != 0u {
+        return;
+    }
+
+    // One wide window where it can hold everything and does not waste too many texels.
+    if front_can_hold() {
+        windows[FRONT] = windows[WIDE_FRONT];
+        for (var face = 1u; face < FACES; face++) {
+            windows[face].high = EMPTY_HIGH;
+        }
+    }
+
+    // A map that is still there is kept while it serves. Once outgrown, its successor gets room for what comes next.
+    let bit = 1u << (sample % 32u);
+    let was_drawn = (atomicOr(&drawn_samples[sample / 32u], bit) & bit) != 0u;
+    for (var attempt = 0u; attempt < select(1u, 2u, was_drawn); attempt++) {
+        if attempt == 1u {
+            widen_windows();
+        }
+        place_all(slot);
+        if attempt == 0u && was_drawn && still_serve(sample) {
+            return;
+        }
+    }
+
+    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
+    for (var face = 0u; face < FACES; face++) {
+        if views[face].size.x > 0u {
             let first_counter = DRAWS * slot.chunk;
             let place_in_list = atomicAdd(&draw_counters[first_counter].instance_count, 1u);
             for (var draw = 1u; draw < DRAWS; draw++) {
                 atomicAdd(&draw_counters[first_counter + draw].instance_count, 1u);
             }
-            draw_views[slot.chunk * light.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, view);
+            draw_views[slot.chunk * light.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, views[face]);
         }
-        shadow_views[view_index] = view;
+        shadow_views[sample * FACES + face] = views[face];
     }
 }

@@ -77,6 +77,12 @@ class Adaptive(Technique):
     max_maps: int = option(
         default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
     )
+    pcf: int = option(default=0, help="texels along the side of a filter on every map; 0 for none", choices=(0, 2, 3))
+    filter: str = option(
+        default="none",
+        help="take a sample as a point, or as the part of the light around it: ramps in place of bands",
+        choices=("none", "cell"),
+    )
     evaluation: str = option(
         default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
     )
@@ -128,7 +134,6 @@ class AdaptivePass(TechniquePass):
     def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
         context, technique = self._context, self._technique
         size = context.gbuffer.size
-        plan, batches = plan_batches(context.gpu, lattice, size, technique.resolution, technique.memory_budget)
         options = SamplingOptions(
             is_global=technique.refinement == "global",
             threshold=technique.threshold,
@@ -136,7 +141,12 @@ class AdaptivePass(TechniquePass):
             comparison_step=round(1.0 / technique.comparison_scale),
             paper_weights=technique.weights == "paper",
             is_deferred=technique.evaluation == "deferred",
+            pcf=technique.pcf,
+            filters_cells=technique.filter == "cell",
             bias_scale=technique.bias_scale,
+        )
+        plan, batches = plan_batches(
+            context.gpu, lattice, size, technique.resolution, technique.memory_budget, holds_all=options.is_filtered
         )
         return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
 

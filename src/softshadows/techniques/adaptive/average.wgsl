@@ -1,19 +1,12 @@
 // The visible share of the light: the remembered look-ups, weighted by what their samples stand for in the pixel's tree.
 
-//#include "receiver.wgsl"
 //#include "light_space.wgsl"
-//#include "tree.wgsl"
-//#include "cells.wgsl"
-//#include "remembered.wgsl"
+//#include "weights.wgsl"
 //#struct Levels
 
-@group(1) @binding(6) var<storage, read_write> control: Control;
-@group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 @group(2) @binding(0) var<uniform> light: ShadowLight;
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(0) var<uniform> levels: Levels;      // that this pass adds up
-
-override paper_weights: bool;
 
 var<workgroup> receivers: atomic<u32>;
 
@@ -24,12 +17,6 @@ fn visible_leaf_corners(tile: u32, lane: u32, level: u32, row: u32, leaves: u32)
     let high = remembered(tile, rows.y, lane);
     let right = leaves << right_shift(level);
     return countOneBits(low & leaves) + countOneBits(low & right) + countOneBits(high & leaves) + countOneBits(high & right);
-}
-
-// The area of a level's cell, in cells of the deepest level.
-fn cell_area(level: u32) -> f32 {
-    let side = spacing(level);
-    return f32(select(1u, side, shape.has_columns == 1u) * select(1u, side, shape.has_rows == 1u));
 }
 
 // The trapezoid rule: a quarter of each leaf's area to each of its corners. In quarters of the deepest level's cell.
@@ -60,12 +47,6 @@ fn corners_of_leaves(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
     return leaves | (leaves << right_shift(level));
 }
 
-// [Schwaerzler2012 Eq. 3] 1 / (2^d + 1)² for a sample of a rectangle, 1 / (2^d + 1) on a line; here over that of the deepest level.
-fn paper_weight(level: u32) -> f32 {
-    let ratio = (exp2(f32(shape.deepest)) + 1.0) / (exp2(f32(level)) + 1.0);
-    return select(ratio, ratio * ratio, shape.has_rows == 1u);
-}
-
 // Between leaves of different depth, which the paper leaves open, a sample takes the weight of the deepest.
 fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> vec2f {
     var sums = vec2u(0u);
@@ -77,33 +58,6 @@ fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> ve
         sums += vec2u(countOneBits(samples & remembered(tile, row, lane)), countOneBits(samples));
     }
     return paper_weight(level) * vec2f(sums);
-}
-
-fn deepest_drawn() -> u32 {
-    return shape.deepest - min(control.refused_levels, shape.deepest);
-}
-
-// The bits of the samples that the levels down to `level` know, in a row.
-fn known_samples(level: u32, row: u32) -> u32 {
-    var samples = 0u;
-    if row % spacing(level) == 0u {
-        for (var column = 0u; column < shape.columns; column += spacing(level)) {
-            samples |= 1u << column;
-        }
-    }
-    return samples;
-}
-
-fn count_lookups(tree: u32) {
-    var samples = 0u;
-    for (var row = 0u; row < shape.sample_rows; row++) {
-        samples += countOneBits(requests[tree * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
-    }
-    let added = samples * atomicLoad(&receivers);
-    let before = atomicAdd(&report[LOOKUPS_LOW], added);
-    if before + added < before {
-        atomicAdd(&report[LOOKUPS_HIGH], 1u);
-    }
 }
 
 fn is_before_light(receiver: Receiver) -> bool {
@@ -129,7 +83,7 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     }
     workgroupBarrier();
     if lane == 0u && levels.first == 0u {
-        count_lookups(tree);
+        count_lookups(tree, atomicLoad(&receivers));
     }
     if any(pixel >= frame.size) {
         return;

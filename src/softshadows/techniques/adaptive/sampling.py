@@ -22,6 +22,7 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
+from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
@@ -108,13 +109,24 @@ STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk,
 
 
 def plan_batches(
-    gpu: Gpu, lattice: Lattice, size: tuple[int, int], resolution: int | str, memory_budget: int
+    gpu: Gpu, lattice: Lattice, size: tuple[int, int], resolution: int | str, memory_budget: int, *, holds_all: bool
 ) -> tuple[AtlasPlan, list[int]]:
-    """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size."""
+    """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size.
+
+    `holds_all`: all maps are needed at one time, so they are made small enough for it.
+    """
     samples, counts = lattice.rows * lattice.columns, [lattice.count(level) for level in range(lattice.depth + 1)]
     tile = tile_size(gpu, size, resolution, memory_budget)
     atlas_size = min(int(np.sqrt(memory_budget * 2**20 / 4)), gpu.limit("max-texture-dimension-2d"))
-    atlas_size = min(atlas_size, tile * int(np.ceil(np.sqrt(samples))))
+    per_row = int(np.ceil(np.sqrt(samples)))
+    if holds_all and resolution == "auto":
+        tile = min(tile, atlas_size // per_row)
+    atlas_size = min(atlas_size, tile * per_row)
+    if holds_all and tile * per_row > atlas_size:
+        raise DeviceError(
+            f"filtered adaptive sampling holds {samples} shadow maps of {tile}² at one time, more than the memory "
+            f"budget of {memory_budget} MiB. Lower max_depth or the resolution, or raise memory_budget."
+        )
     at_one_time = (atlas_size // tile) ** 2
     batches = [-(-count // at_one_time) for count in counts]
     if resolution == "auto":  # smaller maps rather than many draws
@@ -142,7 +154,14 @@ class SamplingOptions:
     comparison_step: int
     paper_weights: bool
     is_deferred: bool
+    pcf: int
+    filters_cells: bool
     bias_scale: float
+
+    @property
+    def is_filtered(self) -> bool:
+        """Are the maps looked up a second time, with a filter, once the tree is known?"""
+        return self.pcf > 0 or self.filters_cells
 
 
 class AdaptiveSampling:
@@ -159,7 +178,9 @@ class AdaptiveSampling:
     ) -> None:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
-        self._atlas = ShadowAtlas(context.gpu, context.scene, context.gbuffer, plan, bias_scale=options.bias_scale)
+        self._atlas = ShadowAtlas(
+            context.gpu, context.scene, context.gbuffer, plan, bias_scale=options.bias_scale, keeps_maps=True
+        )
         width, height = context.gbuffer.size
         self._tiles = (-(-width // TILE), -(-height // TILE))
         self.bytes = self._atlas.bytes
@@ -188,7 +209,7 @@ class AdaptiveSampling:
             threshold=options.threshold,
             most_samples=options.max_maps,
             comparison_step=options.comparison_step,
-            is_resident=int(self._plan.tiles_per_row**2 >= self._plan.samples),
+            is_resident=int(self._plan.holds_all),
             largest_tile=self._plan.tile,
             atlas_size=self._plan.atlas_size,
         )
@@ -229,7 +250,10 @@ class AdaptiveSampling:
             groups = {1: own, **others}
             return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", STRUCTS, groups, constants)
 
-        windows = _numbered(atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments)
+        maps = _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)
+        windows = _numbered(
+            atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments, atlas.drawn
+        )
         return {
             "begin": kernel(
                 "begin",
@@ -241,7 +265,7 @@ class AdaptiveSampling:
             "lookup": kernel(
                 "lookup",
                 "requests masks active_tiles control",
-                {0: receivers, 2: _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)},
+                {0: receivers, 2: maps},
             ),
             "compare": kernel(
                 "compare",
@@ -249,6 +273,13 @@ class AdaptiveSampling:
                 {0: _numbered(gbuffer.uniforms, position)},
             ),
             "refine": kernel("refine", "requests refined failures active_tiles control counts", {}),
+            "filter": kernel(
+                "filter",
+                "requests refined masks control report",
+                {0: receivers, 2: maps, 3: _numbered(self._context.visibility)},
+                paper_weights=float(self._options.paper_weights),
+                pcf_texels=self._options.pcf,
+            ),
             "average": kernel(
                 "average",
                 "requests refined masks control report",
@@ -305,7 +336,11 @@ class AdaptiveSampling:
             compute.dispatch_workgroups(*self._tiles)
         for level in range(self._lattice.depth + 1):
             self._encode_level(commands, level)
-        with commands.compute("average") as compute:
+        with commands.compute("filter" if self._options.is_filtered else "average") as compute:
+            if self._options.is_filtered:
+                self._kernels["filter"].begin(compute)
+                compute.dispatch_workgroups(*self._tiles)
+                return
             for levels in self._sums:
                 self._kernels["average"].begin(compute, levels)
                 compute.dispatch_workgroups(*self._tiles)

@@ -97,4 +97,5 @@ class Uniform(Technique):
             lookups=float,
             bias_scale=self.bias_scale,
             memory_budget=self.memory_budget,
+            keeps_maps=True,
         )
