@@ -34,7 +34,7 @@ fn cs_list(@builtin(local_invocation_index) lane: u32) {
     }
     var count = rank_of(shape.sample_rows - 1u, shape.columns);
     if control.refused_levels > 0u || control.drawn_samples + count > shape.most_samples {
-        control.refused_levels += 1u;  // and so do all deeper ones, for which nobody asks
+        control.refused_levels += 1u;  // also the deeper ones, whose samples nobody requests now
         count = 0u;
     }
     control.drawn_samples += count;
