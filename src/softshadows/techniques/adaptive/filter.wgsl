@@ -112,19 +112,26 @@ fn filtered_by_cell(sample: u32, receiver: LightReceiver, width: u32, ratio: f32
     return lit / f32(CELL_TAPS * CELL_TAPS);
 }
 
-// The mean ratio of the pixel's hidden samples.
-fn mean_blocker_ratio(receiver: LightReceiver, tile: u32, tree: u32, lane: u32, deepest: u32) -> f32 {
+// The ratio of the occluder whose silhouette runs between the sample and those around it; 0 where they all see the same.
+fn silhouette_ratio(receiver: LightReceiver, tile: u32, tree: u32, lane: u32, row: u32, column: u32, width: u32, is_seen: bool) -> f32 {
     var sum = 0.0;
     var count = 0.0;
-    for (var row = 0u; row < shape.sample_rows; row++) {
-        let known = requests[tree * shape.sample_rows + row] & known_samples(deepest, row);
-        for (var rest = known & ~remembered(tile, row, lane); rest != 0u; rest &= rest - 1u) {
-            let ratio = blocker_ratio(row * shape.columns + firstTrailingBit(rest), receiver);
-            sum += ratio;
-            count += select(0.0, 1.0, ratio > 0.0);
+    for (var i = 0u; i < 8u; i++) {
+        let beside = vec2i(vec2u(column, row)) + i32(width) * neighbour(i);
+        if any(beside < vec2i(0)) || any(beside >= vec2i(vec2u(shape.columns, shape.sample_rows))) {
+            continue;
         }
+        let at = vec2u(beside);
+        let is_known = bit_of(requests[tree * shape.sample_rows + at.y], at.x) == 1u;
+        if !is_known || (bit_of(remembered(tile, at.y, lane), at.x) == 1u) == is_seen {
+            continue;
+        }
+        let hidden = select(vec2u(column, row), at, is_seen);
+        let ratio = blocker_ratio(hidden.y * shape.columns + hidden.x, receiver);
+        sum += ratio;
+        count += select(0.0, 1.0, ratio > 0.0);
     }
-    return select(1.0, sum / count, count > 0.0);
+    return select(0.0, sum / count, count > 0.0);
 }
 
 fn is_before_light(receiver: LightReceiver) -> bool {
@@ -151,9 +158,9 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     workgroupBarrier();
     let has_work = surface.is_surface && is_active(tree);
     var is_mixed = false;
+    var sees_some = false;
     if has_work {
         atomicAdd(&receivers, 1u);
-        var sees_some = false;
         var misses_some = false;
         for (var row = 0u; row < shape.sample_rows; row++) {
             let known = requests[tree * shape.sample_rows + row] & known_samples(deepest, row);
@@ -180,9 +187,9 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         visibility[at] = select(1.0, 0.0, surface.is_surface && !is_before_light(receiver));
         return;
     }
-    var ratio = 1.0;
-    if pcf_texels == 0u && is_mixed {
-        ratio = mean_blocker_ratio(receiver, tile, tree, lane, deepest);
+    if pcf_texels == 0u && !is_mixed {
+        visibility[at] = select(0.0, 1.0, sees_some);
+        return;
     }
     var visible = 0.0;
     var total = 0.0;
@@ -202,7 +209,10 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
                 if pcf_texels > 0u {
                     lit = filtered_by_pcf(sample, receiver);
                 } else {
-                    lit = filtered_by_cell(sample, receiver, share.spacing, ratio);
+                    let ratio = silhouette_ratio(receiver, tile, tree, lane, row, column, share.spacing, lit == 1.0);
+                    if ratio > 1.0 {
+                        lit = filtered_by_cell(sample, receiver, share.spacing, ratio);
+                    }
                 }
             }
             visible += share.weight * lit;
