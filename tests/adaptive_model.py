@@ -13,7 +13,10 @@ import numpy.typing as npt
 
 import softshadows as ss
 from softshadows.techniques.adaptive.lattice import Lattice
-from softshadows.techniques.adaptive.sampling import TILE, AdaptiveSampling
+from softshadows.techniques.adaptive.sampling import CONTROL_WORDS, TILE, AdaptiveSampling
+
+SURE_LEVELS = 2
+"""Trees by tile refine so many levels wherever a part of the light is seen."""
 
 Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int, int]
@@ -24,11 +27,15 @@ RING = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if (dy, dx) != (0, 0)
 
 @dataclass
 class Tree:
-    """For every tile of the picture, (tiles down, tiles across): is the cell in its tree, and is it refined?"""
+    """For every tile of the picture, (tiles down, tiles across): is the cell in its tree, and is it refined?
+
+    Without the cells of levels that `max_maps` left out.
+    """
 
     present: dict[Cell, Bools] = field(default_factory=dict)
     refined: dict[Cell, Bools] = field(default_factory=dict)
     capped: Bools = field(default_factory=lambda: np.zeros((0, 0), bool))  # a cell of the deepest level fails
+    left_out: int = 0  # levels, the deepest ones
 
     def depth(self) -> int:
         """Of the deepest cell in any tile's tree."""
@@ -36,7 +43,7 @@ class Tree:
 
     def same_as(self, other: Tree) -> list[str]:
         """What differs, in words; empty if nothing does."""
-        found = []
+        found = [] if self.left_out == other.left_out else [f"left out: {self.left_out}, {other.left_out}"]
         for what in ("present", "refined"):
             mine, others = getattr(self, what), getattr(other, what)
             for cell in sorted(mine.keys() | others.keys()):
@@ -50,7 +57,8 @@ class Gpu:
     """What an AdaptiveSampling's buffers hold after a frame, for the light that took the last turn.
 
     visible (height, width, rows, columns): the remembered look-ups, true of samples that the pixel sees; requested
-    (tiles down, tiles across, rows, columns): the samples of each tile's tree.
+    (tiles down, tiles across, rows, columns): the samples of each tile's tree; left_out: levels without maps, which the
+    trees and requests here lack.
     """
 
     def __init__(self, renderer: ss.Renderer, frame: ss.Frame, is_global: bool) -> None:
@@ -61,11 +69,24 @@ class Gpu:
         height, width = frame.surface.shape
         self.tiles = (-(-height // TILE), -(-width // TILE))
         rows, columns = self.lattice.rows, self.lattice.columns
-        masks = self.words("masks")[: self.tiles[0] * self.tiles[1] * rows * TILE * TILE]
-        masks = masks.reshape(*self.tiles, rows, TILE, TILE).transpose(0, 3, 1, 4, 2)
-        masks = masks.reshape(self.tiles[0] * TILE, self.tiles[1] * TILE, rows)[:height, :width]
-        self.visible = bits(masks, columns)
-        self.requested = bits(self._by_tree("requests", rows), columns)
+        self.left_out = int(self.words("control")[CONTROL_WORDS - 1])
+        self.visible = bits(self._masks(rows)[:height, :width], columns)
+        drawn = self.lattice.spacing(self.lattice.depth - self.left_out)
+        known = (np.arange(rows) % drawn == 0)[:, None] & (np.arange(columns) % drawn == 0)
+        self.requested = bits(self._by_tree("requests", rows), columns) & known
+
+    def _masks(self, rows: int) -> npt.NDArray[np.uint32]:
+        """(pixels down, pixels across, rows): words whose bit x is sample x of the row.
+
+        They come by tile: two rows of 16 samples to a word, then a word whose bit y is the 17th sample of row y.
+        """
+        pairs = (rows + 1) // 2
+        words = self.words("masks")[: self.tiles[0] * self.tiles[1] * (pairs + 1) * TILE * TILE]
+        words = words.reshape(*self.tiles, pairs + 1, TILE, TILE).transpose(0, 3, 1, 4, 2)
+        words = words.reshape(self.tiles[0] * TILE, self.tiles[1] * TILE, pairs + 1)
+        number = np.arange(rows, dtype=np.uint32)
+        sixteen = words[..., number // 2] >> 16 * (number % 2) & 0xFFFF
+        return sixteen | (words[..., pairs:] >> number & 1) << 16
 
     def words(self, buffer: str) -> npt.NDArray[np.uint32]:
         device = self.sampling._context.gpu.device
@@ -78,9 +99,9 @@ class Gpu:
 
     def tree(self) -> Tree:
         """The trees as the GPU left them: refined cells, and their children."""
-        lattice, tree = self.lattice, Tree()
-        levels = range(lattice.depth)
-        refined_rows = sum(rows_of(lattice, level) for level in levels)
+        lattice, tree = self.lattice, Tree(left_out=self.left_out)
+        levels = range(lattice.depth - self.left_out)
+        refined_rows = sum(rows_of(lattice, level) for level in range(lattice.depth))
         words = bits(self._by_tree("refined", refined_rows), lattice.columns) if refined_rows else None
         tree.present[0, 0, 0] = self.requested[:, :, 0, 0]
         first = 0
@@ -125,23 +146,37 @@ def corners(lattice: Lattice, cell: Cell) -> list[tuple[int, int]]:
     return [(r, c) for r in rows for c in columns]
 
 
-def failing_texels(gpu: Gpu, cell: Cell, present: Bools, step: int) -> Bools:
-    """[Schwaerzler2012 §3.3.3] (height, width): texels of the comparison that see some of the cell's corners, but not
-    all, and none of whose eight neighbours sees another number of them.
+def number_of_corners(gpu: Gpu, cell: Cell, present: Bools, step: int) -> npt.NDArray[np.int_]:
+    """[Schwaerzler2012 §3.3.3] For every texel of the comparison, how many of the cell's corners it sees.
 
-    The comparison's texels are `step` pixels apart. Only texels of surfaces, in tiles that have the cell, count, both
-    as the texel and as its neighbour.
+    The comparison's texels are `step` pixels apart. Only texels of surfaces, in tiles that have the cell, count; others
+    are -1.
     """
-    at = corners(gpu.lattice, cell)
-    number = sum(gpu.visible[:, :, r, c].astype(int) for r, c in at)
-    counts = (gpu.surface & by_pixel(present, gpu.surface.shape))[::step, ::step]
-    texels = np.where(counts, number[::step, ::step], -1)
+    number = sum(gpu.visible[:, :, r, c].astype(int) for r, c in corners(gpu.lattice, cell))
+    counts = gpu.surface & by_pixel(present, gpu.surface.shape)
+    return np.where(counts, number, -1)[::step, ::step]
+
+
+def without_ring(texels: npt.NDArray[np.int_]) -> Bools:
+    """[Schwaerzler2012 §3.3.3] Which texels have no neighbour, of those eight that count, with another number?"""
     padded = np.pad(texels, 1, constant_values=-1)
     height, width = texels.shape
-    fails = (texels > 0) & (texels < len(at))
+    found = np.ones(texels.shape, bool)
     for dy, dx in RING:
         beside = padded[1 + dy : 1 + dy + height, 1 + dx : 1 + dx + width]
-        fails &= (beside < 0) | (beside == texels)
+        found &= (beside < 0) | (beside == texels)
+    return found
+
+
+def failing_texels(gpu: Gpu, cell: Cell, present: Bools, step: int) -> Bools:
+    """(height, width): texels that see some of the cell's corners, but not all, and pass no test of their neighbours.
+
+    In trees by tile, the first levels do not ask the neighbours.
+    """
+    texels = number_of_corners(gpu, cell, present, step)
+    fails = (texels > 0) & (texels < len(corners(gpu.lattice, cell)))
+    if gpu.is_global or cell[0] >= SURE_LEVELS:
+        fails &= without_ring(texels)
     whole = np.zeros(gpu.surface.shape, bool)
     whole[::step, ::step] = fails
     return whole
@@ -151,36 +186,54 @@ def by_pixel(tiles: Bools, shape: tuple[int, ...]) -> Bools:
     return tiles.repeat(TILE, axis=0).repeat(TILE, axis=1)[: shape[0], : shape[1]]
 
 
-def tiles_with(texels: Bools, tiles: tuple[int, int], beyond: int) -> Bools:
-    """Which tiles hold one of the texels, or have one within `beyond` pixels around them?"""
+def count_by_tile(texels: Bools, tiles: tuple[int, int], beyond: int = 0) -> npt.NDArray[np.int_]:
+    """(tiles down, tiles across): how many of the texels lie in a tile, or within `beyond` pixels around it."""
     padded = np.zeros((tiles[0] * TILE + 2 * beyond, tiles[1] * TILE + 2 * beyond), bool)
     padded[beyond : beyond + texels.shape[0], beyond : beyond + texels.shape[1]] = texels
-    found = np.zeros(tiles, bool)
+    found = np.zeros(tiles, int)
     for y, x in np.ndindex(tiles):
-        found[y, x] = padded[y * TILE : (y + 1) * TILE + 2 * beyond, x * TILE : (x + 1) * TILE + 2 * beyond].any()
+        found[y, x] = padded[y * TILE : (y + 1) * TILE + 2 * beyond, x * TILE : (x + 1) * TILE + 2 * beyond].sum()
     return found
 
 
-def grow(gpu: Gpu, step: int = 1) -> Tree:
+def needs_more(gpu: Gpu, cell: Cell, fails: Bools, threshold: int) -> Bools:
+    """Which trees refine the cell, as far as they have it?
+
+    One tree for all tiles: where more texels fail than may. One each: by the tile's own texels, and on the first levels
+    also where any texel fails within half a tile around.
+    """
+    if gpu.is_global:
+        return np.full(gpu.tiles, fails.sum() > threshold)
+    own = count_by_tile(fails, gpu.tiles)
+    if cell[0] >= SURE_LEVELS:
+        return own > threshold
+    return (own > threshold) | (count_by_tile(fails, gpu.tiles, TILE // 2) > own)
+
+
+def grow(gpu: Gpu, step: int = 1, threshold: int = 0, max_maps: int = 289) -> Tree:
     """The trees that the paper's test grows from the root, level by level.
 
-    One tree for all tiles, or one each: then a cell also fails where it fails within half a tile around. Tiles in which
-    nothing is to be found out have none, which the GPU says.
+    Tiles in which nothing is to be found out have none, which the GPU says.
     """
     lattice, tree = gpu.lattice, Tree()
-    has_surface = tiles_with(gpu.surface, gpu.tiles, 0)
+    has_surface = count_by_tile(gpu.surface, gpu.tiles) > 0
     tree.capped = np.zeros(gpu.tiles, bool)
     tree.present[0, 0, 0] = np.ones(gpu.tiles, bool) if gpu.is_global else gpu.requested[:, :, 0, 0]
     for level in range(lattice.depth + 1):
+        if maps(gpu, tree) > max_maps:  # with this level's cells
+            tree.left_out = lattice.depth + 1 - level
+            tree.present = {cell: tiles for cell, tiles in tree.present.items() if cell[0] < level}
+            tree.refined = {cell: tiles for cell, tiles in tree.refined.items() if cell[0] < level - 1}
+            break
         for row in range(rows_of(lattice, level)):
             for column in range(columns_of(lattice, level)):
                 cell = (level, row, column)
                 present = tree.present[cell]
                 fails = failing_texels(gpu, cell, present, step) if present.any() else np.zeros_like(gpu.surface)
                 if level == lattice.depth:
-                    tree.capped |= tiles_with(fails, gpu.tiles, 0)
+                    tree.capped |= count_by_tile(fails, gpu.tiles) > 0
                     continue
-                refined = present & (fails.any() if gpu.is_global else tiles_with(fails, gpu.tiles, TILE // 2))
+                refined = present & needs_more(gpu, cell, fails, threshold)
                 tree.refined[cell] = refined
                 for child in children(lattice, cell):
                     tree.present[child] = refined
@@ -237,5 +290,5 @@ def lookups(gpu: Gpu, tree: Tree) -> int:
 
 def maps(gpu: Gpu, tree: Tree) -> int:
     """Samples that some tile with a surface requests."""
-    has_surface = tiles_with(gpu.surface, gpu.tiles, 0)
+    has_surface = count_by_tile(gpu.surface, gpu.tiles) > 0
     return int((requested(gpu.lattice, tree) & has_surface[:, :, None, None]).any(axis=(0, 1)).sum())

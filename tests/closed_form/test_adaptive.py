@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+import itertools
+import re
 from collections import Counter
 from typing import Any
 
@@ -98,8 +100,24 @@ def depth_of(frame: ss.Frame, dimensions: int = 2) -> int:
     return depths[frame.stats.shadow_maps]
 
 
-def is_capped(frame: ss.Frame) -> bool:
-    return any("max_depth" in warning for warning in frame.stats.warnings)
+def capped_tiles(frame: ss.Frame) -> int:
+    """By the frame's warning; 0 without one. It names all tiles of the picture, too."""
+    height, width = frame.surface.shape
+    for warning in frame.stats.warnings:
+        if found := re.fullmatch(
+            r"adaptive: max_depth=\d leaves bands in (\d+) of (\d+) tiles of 16×16 pixels", warning
+        ):
+            assert int(found[2]) == -(-height // model.TILE) * -(-width // model.TILE)
+            assert int(found[1]) > 0
+            return int(found[1])
+    return 0
+
+
+def levels_left_out(frame: ss.Frame) -> int:
+    """By the frame's warning; 0 without one."""
+    pattern = r"adaptive: (\d) levels of the light were left out, since max_maps is reached"
+    found = [int(match[1]) for warning in frame.stats.warnings if (match := re.fullmatch(pattern, warning))]
+    return found[0] if found else 0
 
 
 def grown(
@@ -110,7 +128,8 @@ def grown(
     renderer = _renderer(made, size, options)
     frame = renderer.render(camera)
     gpu = model.Gpu(renderer, frame, options["refinement"] == "global")
-    return frame, gpu, model.grow(gpu, round(1.0 / options.get("comparison_scale", 1.0)))
+    step = round(1.0 / options.get("comparison_scale", 1.0))
+    return frame, gpu, model.grow(gpu, step, options.get("threshold", 0), options.get("max_maps", 289))
 
 
 def check_model(frame: ss.Frame, gpu: model.Gpu, tree: model.Tree, weights: str = "area") -> None:
@@ -119,7 +138,9 @@ def check_model(frame: ss.Frame, gpu: model.Gpu, tree: model.Tree, weights: str 
     np.testing.assert_array_equal(gpu.requested, model.requested(gpu.lattice, tree))
     assert frame.stats.shadow_maps == model.maps(gpu, tree)
     assert frame.stats.lookups_per_pixel == pytest.approx(model.lookups(gpu, tree) / frame.surface.size, rel=1e-12)
-    assert is_capped(frame) == tree.capped.any()
+    assert capped_tiles(frame) == tree.capped.sum()
+    assert levels_left_out(frame) == tree.left_out
+    assert len(frame.stats.warnings) == int(tree.capped.any()) + int(tree.left_out > 0)
     expected = model.visibility(gpu, tree, weights)
     known = np.isfinite(expected)
     assert np.abs(frame.visibility[0] - expected)[known].max() < 1e-6
@@ -200,7 +221,8 @@ SCENES: dict[str, tuple[ss.Scene, ss.Camera]] = {
 @both_refinements
 def test_the_trees_are_the_models(name: str, refinement: str) -> None:
     """4, and 3 at every level: only texels that see 1 to 3 of a cell's corners fail, if no neighbour sees another
-    number; in tile mode, as far as the tiles know the cell, and also where it fails within half a tile around."""
+    number; in tile mode, as far as the tiles know the cell. There all such texels fail on the first levels, also for
+    tiles within half a tile around."""
     made, camera = SCENES[name]
     check_model(*grown(made, camera, refinement=refinement))
 
@@ -208,7 +230,10 @@ def test_the_trees_are_the_models(name: str, refinement: str) -> None:
 @both_refinements
 @pytest.mark.parametrize("options", [
     {"comparison_scale": 0.5, "weights": "paper"}, {"comparison_scale": 0.25, "memory_budget": 1}, {"max_depth": 2},
-    {"resolution": "auto", "memory_budget": 1, "evaluation": "deferred"},
+    {"resolution": "auto", "memory_budget": 1, "evaluation": "deferred"}, {"max_depth": 1}, {"max_depth": 0},
+    {"threshold": 1}, {"threshold": 12, "comparison_scale": 0.5}, {"threshold": 100, "weights": "paper"},
+    {"max_maps": 100}, {"max_maps": 25, "weights": "paper", "evaluation": "deferred"}, {"max_maps": 4},
+    {"max_maps": 80, "threshold": 20, "memory_budget": 1},
 ], ids=str)  # fmt: skip
 def test_the_trees_are_the_models_with_every_option(options: dict[str, Any], refinement: str) -> None:
     """4 again."""
@@ -260,15 +285,17 @@ def test_band_rule(pixels: float, depth: int) -> None:
     frame = frame_of(o1(pixels), resolution=FINE)
     assert band_depth(pixels, frame) == depth
     assert depth_of(frame) == min(depth, 4)
-    assert is_capped(frame) == (depth > 4)
+    assert (capped_tiles(frame) > 0) == (depth > 4)
 
 
-@pytest.mark.parametrize("max_depth", [1, 3])
+@pytest.mark.parametrize("max_depth", [0, 1, 3])
 def test_a_cap_that_is_reached_is_reported(max_depth: int) -> None:
     """5 for lower caps: a band just narrow enough at that depth, and one that is not."""
-    enough, too_wide = 1.9 * 2**max_depth, 3.1 * 2**max_depth
-    assert not is_capped(frame_of(o1(enough), max_depth=max_depth, resolution=FINE))
-    assert is_capped(frame_of(o1(too_wide), max_depth=max_depth, resolution=FINE))
+    enough, too_wide = (
+        frame_of(o1(width * 2**max_depth), max_depth=max_depth, resolution=FINE) for width in (1.9, 3.1)
+    )
+    assert not enough.stats.warnings
+    assert capped_tiles(too_wide) > 0
 
 
 @pytest.mark.parametrize(("refinement", "most"), [("global", 4), ("tile", 0)])
@@ -357,18 +384,108 @@ def test_a_smaller_comparison_never_takes_more_maps(refinement: str) -> None:
         assert counts[-1][0] < counts[0][0]
 
 
+THRESHOLDS = (0, 1, 4, 16, 64, 256, 1 << 24)
+
+
+@pytest.mark.parametrize("name", ["standard", "large light", "crumbs", "line"])
+@both_refinements
+def test_a_higher_threshold_never_takes_more_maps(name: str, refinement: str) -> None:
+    """13, the part about the threshold. One tree for the picture only ever loses cells; in tiles, a cell that a
+    neighbour lost may fail where it did not, so there only the sums are compared."""
+    trees, maps, lookups = [], [], []
+    for threshold in THRESHOLDS:
+        frame, gpu, tree = grown(*SCENES[name], refinement=refinement, threshold=threshold)
+        check_model(frame, gpu, tree)
+        trees.append(tree)
+        maps.append(frame.stats.shadow_maps)
+        lookups.append(frame.stats.lookups_per_pixel)
+    for counts in (maps, lookups):
+        assert (np.diff(counts) <= 0).all(), counts
+        assert counts[-1] < counts[0] or (refinement, name) == ("tile", "line"), counts
+    if refinement == "global":
+        for more, fewer in itertools.pairwise(trees):
+            for cell, tiles in fewer.present.items():
+                assert (tiles <= more.present[cell]).all()
+        assert trees[-1].depth() == 0
+
+
 # -- Beyond the paper --------------------------------------------------------------------------------------------------
 
 
 def test_trees_by_tile_take_fewer_lookups() -> None:
-    """The picture's one deep penumbra does not refine the rest of it."""
+    """The picture's one deep penumbra does not refine the rest of it: 0.152 of the look-ups here. It must be deep, as
+    trees by tile refine the first two levels wherever there is a penumbra."""
     made = ss.scenes.sphere_cube()
     tile, whole = (
-        frame_of(made, made.camera, (96, 72), refinement=refinement, resolution=256)
+        frame_of(made, made.camera, (160, 120), refinement=refinement, resolution=256)
         for refinement in ("tile", "global")
     )
-    assert tile.stats.lookups_per_pixel < 0.7 * whole.stats.lookups_per_pixel
-    assert tile.stats.shadow_maps <= whole.stats.shadow_maps
+    assert tile.stats.lookups_per_pixel < 0.2 * whole.stats.lookups_per_pixel
+
+
+@both_refinements
+@both_weights
+@pytest.mark.parametrize("evaluation", ["single", "deferred"])
+def test_levels_beyond_max_maps_are_left_out(refinement: str, weights: str, evaluation: str) -> None:
+    """The picture is then that of a lower max_depth: the same maps, the same tree."""
+    made, camera = SCENES["large light"]
+    options = {"refinement": refinement, "weights": weights, "evaluation": evaluation}
+    lower, cut = (
+        frame_of(made, camera, ODD_SIZE, **options, **limit) for limit in ({"max_depth": 2}, {"max_maps": 25})
+    )
+    assert cut.stats.shadow_maps == lower.stats.shadow_maps <= 25
+    assert levels_left_out(cut) == 2
+    assert not capped_tiles(cut)
+    assert not levels_left_out(lower)
+    assert cut.stats.lookups_per_pixel == lower.stats.lookups_per_pixel
+    if weights == "area":
+        assert stage.same_bits(cut.visibility, lower.visibility)
+    np.testing.assert_allclose(cut.visibility, lower.visibility, rtol=0.0, atol=1.2e-7)  # weights in other units
+
+
+@both_refinements
+def test_max_maps_is_the_number_of_maps(refinement: str) -> None:
+    """As many as are needed change nothing; one fewer leaves out the deepest level, for each of two lights alike."""
+    made, camera = SCENES["large light"]
+    whole = frame_of(made, camera, ODD_SIZE, refinement=refinement)
+    needed = whole.stats.shadow_maps
+    assert 81 < needed < 289
+    enough, too_few = (
+        frame_of(made, camera, ODD_SIZE, refinement=refinement, max_maps=maps) for maps in (needed, needed - 1)
+    )
+    assert stage.same_bits(enough.visibility, whole.visibility)
+    assert enough.stats.warnings == whole.stats.warnings
+    assert levels_left_out(too_few) == 1
+    assert too_few.stats.shadow_maps <= 81
+    lights = [*made.lights, *made.lights]
+    twice = frame_of(standard(*lights), camera, ODD_SIZE, refinement=refinement, max_maps=needed - 1)
+    assert twice.stats.shadow_maps == 2 * too_few.stats.shadow_maps
+    assert twice.stats.warnings == too_few.stats.warnings
+    for layer in (0, 1):
+        assert stage.same_bits(twice.visibility[layer], too_few.visibility[0])
+
+
+@pytest.mark.parametrize("options", [{}, {"refinement": "global"}, {"threshold": 10}], ids=str)
+def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> None:
+    """Ten words of 32 bits for each pixel's look-ups, in buffers as large as every WebGPU adapter has them."""
+    with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
+        renderer._upload(STANDARD.lights)
+        renderer._pass.set_lights(STANDARD.lights)
+        (sampling,) = renderer._pass._samplings.values()  # type: ignore[attr-defined]
+        sizes = {name: buffer.size for name, buffer in sampling._buffers.items()}
+        tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
+        assert sizes["masks"] == tiles * model.TILE**2 * 40
+        assert max(sizes.values()) <= 128 << 20, sizes  # WebGPU's default maxStorageBufferBindingSize
+
+
+def test_a_full_hd_frame() -> None:
+    """More tiles than one dimension of a dispatch takes for a list: 8160."""
+    size = (1920, 1080)
+    frame, gpu, tree = grown(STANDARD, stage.CAMERA, size, refinement="tile", max_depth=1)
+    _kept.clear()
+    stage.check_visibility(frame)
+    check_model(frame, gpu, tree)
+    assert frame.stats.shadow_maps == 9
 
 
 def test_tiles_without_a_tree_are_exact() -> None:
