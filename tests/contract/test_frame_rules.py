@@ -17,6 +17,7 @@ import stage
 from softshadows import frame as frame_module
 from softshadows.gpu.device import Gpu, acquire
 from softshadows.gpu.readback import Readback
+from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques import TECHNIQUES
 
 all_techniques = pytest.mark.parametrize("name", list(TECHNIQUES))
@@ -75,6 +76,40 @@ def test_the_counter_sees_a_wait(calls: Counter[str]) -> None:
     device = acquire().device
     device.queue.read_buffer(device.create_buffer(size=16, usage=wgpu.BufferUsage.COPY_SRC))
     assert calls["read_buffer"] == 1
+
+
+@pytest.mark.parametrize("name", ["hard", "uniform", "adaptive"])
+def test_lights_are_written_only_where_something_changed(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Not for a camera; for a light, and for geometry, whose extent the maps' depth depends on. Then the picture is a
+    new renderer's."""
+    written: list[int] = []
+    original = ShadowAtlas.set_lights
+    monkeypatch.setattr(ShadowAtlas, "set_lights", lambda *args: (written.append(1), original(*args))[1])
+    scene, technique = stage.standard_scene(), stage.cheap(name)
+    above = ss.Camera((0.0, 4.0, 0.1), (0.0, 0.0, 0.0))
+    with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:
+
+        def check(camera: ss.Camera, times: int) -> None:
+            written.clear()
+            frame = renderer.render(camera)
+            assert len(written) == times
+            if times:  # else maps that were drawn for another camera may serve
+                assert stage.same_bits(frame.visibility, stage.render(scene, technique, camera=camera).visibility)
+
+        check(stage.CAMERA, 1)
+        check(stage.CAMERA, 0)
+        check(above, 0)
+        scene.lights = [dataclasses.replace(stage.RECT)]  # equal
+        check(above, 0)
+        scene.lights = [dataclasses.replace(stage.RECT, width=1.5)]
+        check(above, 1)
+        scene.nodes[1] = stage.moved(scene.nodes[1], (0.0, 9.0, 0.0))
+        check(above, 1)
+        check(above, 0)
+        scene.lights = [*scene.lights, stage.RECT]  # new passes
+        check(above, 1)
+        renderer.invalidate()
+        check(above, 1)
 
 
 def test_where_a_frame_is_cut_depends_on_sizes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
