@@ -222,7 +222,12 @@ def bench(
         str, typer.Argument(metavar="SUITE", help="A suite's name, such as `baselines`.", show_default=False)
     ],
     json: Annotated[
-        Path | None, typer.Option("--json", help="Also write all figures to this file.", show_default=False)
+        Path | None,
+        typer.Option(
+            "--json",
+            help="Also write all figures to this file; pictures, if the suite makes any, to a folder of its name.",
+            show_default=False,
+        ),
     ] = None,
     size: SizeOption = None,
     samples: Annotated[
@@ -240,19 +245,24 @@ def bench(
     if json is not None:
         _check_folder(json.parent)
     with console.status("preparing the device"):
-        from softshadows.report.console import progress, results_table
+        from softshadows.report.console import figures_table, progress, results_table
         from softshadows.report.results import results, write_json
         from softshadows.report.suites import Settings, find_suite
         from softshadows.scene.description import size_from_text
 
         run = find_suite(suite)
-        settings = Settings(size_from_text(size) if size else None, samples, repeats)
+        folder = json.with_suffix("") if json is not None and json.suffix else None
+        if folder is not None:
+            _check_folder(folder, may_be_new=True)
+        settings = Settings(size_from_text(size) if size else None, samples, repeats, folder)
     with progress(console) as notice:
         measurements = run(settings, notice)
         data = results(measurements, suite=suite)
     if json is not None:
         write_json(data, json)
     console.print(results_table(measurements))
+    if (figures := figures_table(measurements)) is not None:
+        console.print(figures)
     _say(console, [f"{m.shot.name}: {sentence}" for m in measurements for sentence in m.skipped])
     machine = data["environment"]
     adapter = machine["adapter"]

@@ -50,7 +50,7 @@ def test_look_ups_are_those_of_the_statistics(kind: str, options: dict[str, Any]
 
 
 def test_the_samples_seen_average_to_the_visibility() -> None:
-    """Where a tile has all nine samples of depth 1, its leaves are equal: the trapezoid rule over what is remembered."""
+    """Where a tile has all nine samples of depth 1, its leaves are equal: the trapezoid rule over the look-ups."""
     frame, found, _ = decisions(max_depth=1)
     whole = found.by_pixel(found.requested.all(axis=(2, 3))) & frame.surface
     assert whole.any()

@@ -52,7 +52,10 @@ class Reference:
 
 @dataclass(eq=False)
 class Result:
-    """A technique on the shot. `frame_ms` is the median wall time of a frame with its read-back, after a first one."""
+    """A technique on the shot. `frame_ms` is the median wall time of a frame with its read-back, after a first one.
+
+    `figures` are what a suite measures beyond that, by name: numbers, None or dicts of them.
+    """
 
     technique: Technique
     label: str
@@ -63,16 +66,62 @@ class Result:
     frame_ms: float
     stats: dict[str, Any]
     warnings: list[str] = field(default_factory=list)
+    figures: dict[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
 class Measurement:
-    """A shot, its reference, and what each technique made of it; `skipped` says in sentences which could not run."""
+    """A shot, its reference, and what each technique made of it; `skipped` says in sentences which could not run.
+
+    `figures` are what a suite measures of the shot itself.
+    """
 
     shot: Shot
     reference: Reference
     results: list[Result]
     skipped: list[str] = field(default_factory=list)
+    figures: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class Yardstick:
+    """What the frames of one shot are held against: its truth, and its light without shadows.
+
+    emitted (height, width, 3) and unshadowed (lights, height, width, 3) float32 linear radiance; `frame` is unshadowed.
+    """
+
+    reference: Reference
+    emitted: Floats
+    unshadowed: Floats
+    frame: Frame
+
+    def result(self, technique: Technique, frame: Frame, frame_ms: float) -> Result:
+        """The figures of a technique's frame."""
+        reference = self.reference
+        picture = display(_lit(self.emitted, self.unshadowed, frame.visibility), exposure=reference.exposure)
+        comparisons = [
+            metrics.compare(*light)
+            for light in zip(frame.visibility, reference.visibility, reference.mask, strict=True)
+        ]
+        return Result(
+            technique=technique,
+            label=label_of(technique),
+            visibility=frame.visibility,
+            picture=picture,
+            comparisons=comparisons,
+            flip=_flip(picture, reference.picture),
+            frame_ms=frame_ms,
+            stats=_stats(frame),
+            warnings=list(frame.stats.warnings),
+        )
+
+
+def yardstick(shot: Shot, samples: int, notice: Notice) -> Yardstick:
+    """Render the shot without shadows, and trace its truth with `samples` rays per pixel and light."""
+    notice("rendering without shadows", 0.0)
+    emitted, unshadowed, frame = _unshadowed(shot)
+    notice(f"tracing the truth, {samples} rays per pixel and light", 0.05)
+    return Yardstick(_reference(shot, frame, samples, emitted, unshadowed), emitted, unshadowed, frame)
 
 
 def label_of(technique: Technique) -> str:
@@ -116,36 +165,16 @@ def measure(
                 raise
             skipped.append(str(error))
 
-    notice("rendering without shadows", 0.0)
-    emitted, unshadowed, frame = _unshadowed(shot)
-    notice(f"tracing the truth, {samples} rays per pixel and light", 0.05)
-    reference = _reference(shot, frame, samples, emitted, unshadowed)
+    held = yardstick(shot, samples, notice)
     rendered, times, failed = _render_in_turns(shot, able, repeats, notice, skip)
     skipped += failed
 
     notice("comparing", 0.95)
-    results = []
-    for technique, frame in rendered.items():
-        picture = display(_lit(emitted, unshadowed, frame.visibility), exposure=reference.exposure)
-        comparisons = [
-            metrics.compare(*light)
-            for light in zip(frame.visibility, reference.visibility, reference.mask, strict=True)
-        ]
-        results.append(
-            Result(
-                technique=technique,
-                label=label_of(technique),
-                visibility=frame.visibility,
-                picture=picture,
-                comparisons=comparisons,
-                flip=_flip(picture, reference.picture),
-                frame_ms=statistics.median(times[technique]),
-                stats=_stats(frame),
-                warnings=list(frame.stats.warnings),
-            )
-        )
+    results = [
+        held.result(technique, frame, statistics.median(times[technique])) for technique, frame in rendered.items()
+    ]
     notice("done", 1.0)
-    return Measurement(shot, reference, results, skipped)
+    return Measurement(shot, held.reference, results, skipped)
 
 
 def _unshadowed(shot: Shot) -> tuple[Floats, Floats, Frame]:

@@ -6,7 +6,8 @@ environment   adapter (name, driver, features, limits), cpu, system, versions, c
 suite         the suite's name, or None
 pictures      one per shot: scene, size, triangles, camera, lights, truth (samples, standard_error, seconds),
               techniques (label, name, options, shadow_maps, lookups_per_pixel, frame_ms, gpu_ms by pass, cpu_ms,
-              gpu_bytes, flip, warnings, lights: one Comparison each), skipped
+              gpu_bytes, flip, warnings, figures, lights: one Comparison each), skipped, figures
+figures       what the suite measures beyond that, of a technique or of the picture; its module says what
 """
 
 from __future__ import annotations
@@ -66,6 +67,7 @@ def _picture(measurement: Measurement) -> dict[str, Any]:
         },
         "techniques": [_technique(result) for result in measurement.results],
         "skipped": measurement.skipped,
+        "figures": measurement.figures,
     }
 
 
@@ -82,5 +84,6 @@ def _technique(result: Result) -> dict[str, Any]:
         **result.stats,
         "flip": result.flip,
         "warnings": result.warnings,
+        "figures": result.figures,
         "lights": [comparison.as_dict() for comparison in result.comparisons],
     }

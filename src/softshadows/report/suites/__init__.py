@@ -4,22 +4,30 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 from softshadows.errors import OptionError
 from softshadows.report.measure import Measurement, Notice
-from softshadows.report.suites import baselines
+from softshadows.report.suites import adaptive, baselines
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What a run may change: picture size (None: the suite's own), truth samples, timed frames per technique."""
+    """What a run may change: picture size (None: the suite's own), truth samples, timed frames per technique.
+
+    `folder` is where a suite that makes pictures writes them; None for nowhere.
+    """
 
     size: tuple[int, int] | None = None
     samples: int = 256
     repeats: int = 5
+    folder: Path | None = None
 
 
-SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {"baselines": baselines.run}
+SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
+    "adaptive": adaptive.run,
+    "baselines": baselines.run,
+}
 
 
 def find_suite(name: str) -> Callable[[Settings, Notice], list[Measurement]]:
