@@ -261,8 +261,8 @@ def bench(
     if json is not None:
         write_json(data, json)
     console.print(results_table(measurements))
-    if (figures := figures_table(measurements)) is not None:
-        console.print(figures)
+    for table in filter(None, map(figures_table, measurements)):
+        console.print(table)
     _say(console, [f"{m.shot.name}: {sentence}" for m in measurements for sentence in m.skipped])
     machine = data["environment"]
     adapter = machine["adapter"]

@@ -58,27 +58,21 @@ def results_table(measurements: Sequence[Measurement]) -> Table:
     return table
 
 
-def figures_table(measurements: Sequence[Measurement]) -> Table | None:
-    """A row per scene and technique with what the suite measured beyond the errors; None where that is nothing."""
+def figures_table(measurement: Measurement) -> Table | None:
+    """What the suite measured beyond the errors: a row per figure, a column per technique; None where it is nothing."""
     from rich import box
     from rich.table import Table
 
-    rows = [(m.shot.name, result) for m in measurements for result in m.results if result.figures]
-    given = [item for _, result in rows for item in result.figures.items()]
+    given = [item for result in measurement.results for item in result.figures.items()]
     nested = {name for name, value in given if isinstance(value, dict)}
     names = [name for name in dict.fromkeys(name for name, _ in given) if name not in nested]
     if not names:
         return None
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
-    table.add_column("scene", overflow="fold")
-    table.add_column("technique", overflow="fold")
+    table.add_column(measurement.shot.name, no_wrap=True)
+    for result in measurement.results:
+        table.add_column(result.label.replace(":", "\n"), justify="right", overflow="fold")
     for name in names:
-        table.add_column(name.replace("_", "\n"), justify="right", no_wrap=True)
-    for scene, result in rows:
-        values = [result.figures.get(name) for name in names]
-        table.add_row(
-            scene,
-            result.label,
-            *("" if value is None else value if isinstance(value, str) else f"{value:.3g}" for value in values),
-        )
+        values = [result.figures.get(name) for result in measurement.results]
+        table.add_row(name, *("" if v is None else v if isinstance(v, str) else f"{v:.3g}" for v in values))
     return table

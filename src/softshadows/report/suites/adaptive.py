@@ -68,7 +68,7 @@ MODEST = RectLight((1.6, 3.6, 1.4), (0.0, 0.3, 0.2), 0.2, 0.2, (1580.0, 1540.0, 
 """The light of `figures`, 0.2 m wide instead of 0.9 m, and as bright in all."""
 FAR = Camera((2.88, 6.25, 10.4), (0.12, 0.35, 0.2), 40.0)
 NEAR = Camera((1.25, 2.3, 2.3), (1.1, 0.05, 1.7), 40.0)
-"""Where the paper's global refinement takes 25 and 91 maps at 1024×768 (figure 1: 25 and 105)."""
+"""Where the paper's global refinement takes 25 and 81 maps at 1024×768 (figure 1: 25 and 105)."""
 SHOTS = ("scorpion", "body", "bike_near", "sponza_near", "sponza")
 RAYS = (4, 9, 16, 25, 36, 64, 100, 144, 256)
 RAY_SEED = 1
