@@ -207,7 +207,8 @@ def needs_more(gpu: Gpu, cell: Cell, fails: Bools, threshold: int) -> Bools:
     own = count_by_tile(fails, gpu.tiles)
     if cell[0] >= SURE_LEVELS:
         return own > threshold
-    return (own > threshold) | (count_by_tile(fails, gpu.tiles, TILE // 2) > own)
+    beyond = fails & by_pixel(own > threshold, fails.shape)
+    return count_by_tile(beyond, gpu.tiles, TILE // 2) > 0
 
 
 def grow(gpu: Gpu, step: int = 1, threshold: int = 0, max_maps: int = 289) -> Tree:

@@ -10,26 +10,38 @@ Section map
     [Schwaerzler2012 Eq. 3]   weights of the samples              -> average.wgsl paper_weight()
 
 Departures from the paper
-    - `refinement="tile"` is the default: every tile of 16×16 pixels refines the light for itself. One wide penumbra
-      anywhere makes the paper's single tree (`refinement="global"`) refine the light for the whole picture.
+    - `refinement="tile"` is the default: every tile of 8×8 pixels refines the light for itself. One wide penumbra
+      anywhere makes the paper's single tree (`refinement="global"`) refine the light for the whole picture. A tile
+      starts with nine samples, since four alone overlook what hides the light's middle, and refines the next two levels
+      wherever it or the tile beside it sees a part of a cell. From there on the paper's test decides. Measured:
+      docs/decisions/0010-adaptive.md.
     - `weights="area"` is the default: a cell gives a quarter of its area to each corner, the trapezoid rule.
       `weights="paper"` is equation 3; for a sample between cells of different depth, which the paper leaves open, the
       deepest one counts.
-    - No occlusion queries and no read-back: all levels are encoded at once, and the GPU decides what they draw.
+    - No occlusion queries and no read-back: all levels are encoded at once, and the GPU decides what they draw. That
+      also replaces the paper's reuse of the last frame's subdivision; what is reused are the maps, where all fit the
+      atlas.
     - Each map is looked up once per pixel and remembered as a bit, so that comparison and average share the look-ups.
-    - A tile that nothing can shadow asks for no maps.
-    - Shadow maps are fitted to the tiles that request them (docs/decisions/0001-shadow-maps.md).
+      `evaluation="deferred"` adds them up in a pass for every level, "single" in one.
+    - A tile that nothing can shadow asks for no maps. Background does not count in the 1-ring.
+    - Shadow maps are fitted to the tiles that request them (docs/decisions/0001-shadow-maps.md), deep levels' more
+      coarsely; where a level's maps exceed the memory budget they shrink, or are drawn one batch after the other.
+    - `filter="cell"` is an addition: a sample beside a silhouette stands for the part of the light around it. Nine taps
+      in its map, spread by the occluder's distance, turn the band between two samples into a ramp.
 
 Use when
-    you want the soft shadow of `uniform` for a fraction of its cost.
+    you want the soft shadow of `uniform` for a fraction of its cost. `filter="cell"` with `max_depth=2` (25 maps) for
+    simple occluders, when speed matters more.
 Fails when
     the penumbra is wider on screen than twice 2^max_depth pixels: bands show, and `frame.stats.warnings` says so
     (scene `blocker`, seen from near). Occluders that hide none of a cell's corners in a whole tile go unseen
-    (scene `fence` with `max_depth=1`).
+    (scene `fence` with `max_depth=1`). `filter="cell"` errs where several silhouettes at different distances cross
+    (scene `atrium`). Where a band is as wide as the test allows, a small change can refine a whole tile.
 Inputs
     rectangle and line lights.
 Cost
-    from 4 to 289 shadow maps (2 to 17 on a line), as many look-ups per pixel as its tile's tree has samples.
+    up to 289 shadow maps (17 on a line), as many look-ups per pixel as its tile's tree has samples, and 40 bytes of
+    memory per pixel. Two more passes a level decide; no more than a tenth of the frame.
 """
 
 from __future__ import annotations
@@ -64,7 +76,7 @@ class Adaptive(Technique):
     max_depth: int = option(default=4, help="how often the light may be halved; 4 gives 289 maps", low=0, high=DEEPEST)
     refinement: str = option(
         default="tile",
-        help="one tree for each tile of 16×16 pixels, or the paper's global one",
+        help="one tree for each tile of 8×8 pixels, or the paper's global one",
         choices=("tile", "global"),
     )
     weights: str = option(default="area", help="how samples are weighted", choices=("area", "paper"))

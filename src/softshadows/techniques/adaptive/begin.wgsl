@@ -12,8 +12,6 @@
 @group(2) @binding(0) var<uniform> light: ShadowLight;
 @group(2) @binding(1) var<storage, read> receiver_boxes: array<ReceiverBox>;
 
-const BOX = 8u;
-
 var<workgroup> undecided: atomic<u32>;
 
 // The lowest and the highest of the light's corners above the plane through `point`, as (lowest, highest).
@@ -35,8 +33,8 @@ fn is_decided(pixel: vec2u) -> bool {
     let point = to_light_space(light, receiver.position_ws - light.center_ws);
     let heights = corner_heights(point, to_light_space(light, receiver.normal_ws));
     let is_behind = light.is_one_sided == 1u && point.z >= 0.0;
-    let box = pixel.y / BOX * ((frame.size.x + BOX - 1u) / BOX) + pixel.x / BOX;
-    return is_behind || heights.y <= 0.0 || (heights.x > 0.0 && receiver_boxes[box].count == 0.0);
+    let tile = pixel.y / TILE * tiles_across() + pixel.x / TILE;  // whose pixels are those of one box
+    return is_behind || heights.y <= 0.0 || (heights.x > 0.0 && receiver_boxes[tile].count == 0.0);
 }
 
 // The samples at the light's corners, in a row of samples.

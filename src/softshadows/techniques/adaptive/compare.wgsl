@@ -50,7 +50,7 @@ fn differing_cells(here: Corners, pixel: vec2u, row: u32) -> u32 {
 fn failing_cells(pixel: vec2u, tile: u32, lane: u32, row: u32, present: u32) -> u32 {
     let here = visible_corners(tile, lane, row);
     var failing = (here.ones | here.twos) & present;
-    if step.level < shape.sure_levels {
+    if step.level < min(shape.sure_levels, shape.deepest) {
         return failing;
     }
     for (var i = 0u; i < 8u && failing != 0u; i++) {

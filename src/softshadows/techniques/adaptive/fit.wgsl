@@ -7,11 +7,8 @@
 @group(1) @binding(1) var<storage, read> requests: array<u32>;
 @group(1) @binding(6) var<storage, read_write> control: Control;
 
-const BOXES_PER_TILE = 2u;  // along a side
-
-fn is_receiver(box: u32, sample: u32) -> bool {
-    let across = (shape.image_size.x * BOXES_PER_TILE + TILE - 1u) / TILE;
-    let tile = box / across / BOXES_PER_TILE * tiles_across() + box % across / BOXES_PER_TILE;
+// A tile's pixels are those of one box.
+fn is_receiver(tile: u32, sample: u32) -> bool {
     return ((requests[tree_of(tile) * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns)) & 1u) == 1u;
 }
 

@@ -59,7 +59,7 @@ class Decisions:
 
     surface (height, width) bool; requested (tiles down, tiles across, rows, columns) bool, the samples of each tile's
     tree; refined, by level, (tiles down, tiles across, cell rows, cell columns) bool; remembered (height, width, rows)
-    uint32, bit x of row y saying that the pixel sees sample (x, y), if its tree has it. Tiles are of 16×16 pixels.
+    uint32, bit x of row y saying that the pixel sees sample (x, y), if its tree has it. Tiles are of TILE×TILE pixels.
     """
 
     lattice: Lattice

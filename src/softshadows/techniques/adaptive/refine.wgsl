@@ -20,19 +20,25 @@ fn present_cells(tree: u32, row: u32) -> u32 {
     return parents | (parents << spacing(step.level));
 }
 
+// Those of the cells that fail in more texels of a tile than may.
+fn beyond_threshold(tree: u32, row: u32, failing: u32) -> u32 {
+    var found = failing;
+    if shape.threshold > 0u {
+        for (var rest = failing; rest != 0u; rest &= rest - 1u) {
+            let cell = firstTrailingBit(rest);
+            found &= ~select(0u, 1u << cell, counts[count_index(tree, step.level, row, cell)] <= shape.threshold);
+        }
+    }
+    return found;
+}
+
 // Cells that fail in a tile.
 fn failing_cells(tree: u32, row: u32) -> u32 {
     var failing = 0u;
     for (var quadrant = 0u; quadrant < QUADRANTS; quadrant++) {
         failing |= failures[failure_index(tree, step.level, row, quadrant)];
     }
-    if shape.threshold > 0u {
-        for (var rest = failing; rest != 0u; rest &= rest - 1u) {
-            let cell = firstTrailingBit(rest);
-            failing &= ~select(0u, 1u << cell, counts[count_index(tree, step.level, row, cell)] <= shape.threshold);
-        }
-    }
-    return failing;
+    return beyond_threshold(tree, row, failing);
 }
 
 // Cells that fail in the near quadrants of the tiles around a tile: a coarser tree on this side of the border would show.
@@ -49,7 +55,8 @@ fn failing_beside(tile: u32, row: u32) -> u32 {
             let side = vec2i(vec2u(quadrant % 2u, quadrant / 2u)) * 2 - 1;  // where in its tile the quadrant lies
             let is_near = all((neighbour(i) == vec2i(0)) | (neighbour(i) == -side));
             if is_near {
-                failing |= failures[failure_index(u32(there.y * across + there.x), step.level, row, quadrant)];
+                let tile_there = u32(there.y * across + there.x);
+                failing |= beyond_threshold(tile_there, row, failures[failure_index(tile_there, step.level, row, quadrant)]);
             }
         }
     }
@@ -80,6 +87,10 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
         var cells = failing_cells(tree, row);
         if step.level < shape.sure_levels {
             cells |= failing_beside(tile, row);
+        }
+        // Four corners alone overlook what hides the light's middle: a tile of its own starts with nine samples.
+        if step.level == 0u && shape.is_global == 0u {
+            cells = 1u;
         }
         cells &= present_cells(tree, row);
         if cells == 0u {

@@ -1,6 +1,6 @@
 """Adaptive sampling at work on the GPU, for lights of one shape: all levels of the tree, waiting for none of them.
 
-    begin.wgsl     every tile of 16×16 pixels starts with the tree's root
+    begin.wgsl     every tile of 8×8 pixels starts with the tree's root
     then level by level
       list.wgsl    the samples that some tile requests, and their share of the atlas
       fit.wgsl     their maps' windows, around the receivers in the tiles that request them
@@ -29,6 +29,7 @@ from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import (
+    BOX_EDGE,
     SHADOW_STRUCTS,
     AtlasPlan,
     Chunk,
@@ -44,15 +45,15 @@ from softshadows.techniques.base import RenderContext
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
-TILE = 16
-"""Pixels along a tile's side."""
+TILE = BOX_EDGE
+"""Pixels along a tile's side: a tile's receivers are those of one box that windows are fitted to."""
 QUADRANTS = 4
 CELLS_PER_ROW = 16
-SURE_LEVELS = 2
+SURE_LEVELS = 3
 """Measured: docs/decisions/0010-adaptive.md."""
-BATCHES = (1, 1, 2, 3, 6)
+BATCHES = (1, 2, 4, 8, 16)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
-FINENESS = (1.0, 1.0, 0.7, 0.5, 0.35)
+FINENESS = (1.0, 1.0, 1.0, 0.85, 0.7)
 """By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
 REPORT_WORDS = 5

@@ -1,6 +1,6 @@
 // The light's trees on the GPU: what the kernels of this folder share (bind group 1; each declares what it uses).
 //
-// A *tree* is the set of cells that some part of the picture has refined: one for every tile of 16×16 pixels, or a single
+// A *tree* is the set of cells that some part of the picture has refined: one for every tile of 8×8 pixels, or a single
 // one for the whole picture (the paper's). A cell is *present* in a tree if its parent is refined, a *leaf* if it is present
 // and not refined itself. A tree *requests* the samples at the corners of its cells.
 //
@@ -11,9 +11,9 @@
 
 //#struct TreeShape
 
-const TILE = 16u;
-const PIXELS = 256u;       // of a tile
-const QUADRANT = 8u;       // pixels along the side of a tile's quadrant
+const TILE = 8u;
+const PIXELS = 64u;        // of a tile
+const QUADRANT = 4u;       // pixels along the side of a tile's quadrant
 const QUADRANTS = 4u;
 const MOST_LEVELS = 5u;
 const MOST_ROWS = 17u;
