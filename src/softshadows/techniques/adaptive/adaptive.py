@@ -7,7 +7,8 @@ Paper
 Section map
     [Schwaerzler2012 §3.3.3]  four maps compared in the picture   -> compare.wgsl visible_corners() failing_cells()
     [Schwaerzler2012 §3.3.4]  subdivision of the light            -> refine.wgsl request_children()
-    [Schwaerzler2012 Eq. 3]   weights of the samples              -> average.wgsl paper_weight()
+    [Schwaerzler2012 Eq. 3]   weights of the samples              -> weights.wgsl paper_weight()
+    [Schwaerzler2012 §3.4.3]  a small filter on every map         -> filter.wgsl filtered_by_pcf()
 
 Departures from the paper
     - `refinement="tile"` is the default: every tile of 8×8 pixels refines the light for itself. One wide penumbra

@@ -62,7 +62,8 @@ fn share_of(tree: u32, row: u32, column: u32, deepest: u32) -> Share {
 // Is the receiver before what the texel holds, or that less than `nearest` times as close as the receiver?
 fn tap_is_lit(sight: Sight, texel: vec2u, nearest: f32) -> bool {
     let gap = texel_gap(sight, texel);
-    return gap.texels <= 0.0 || gap.stored <= max(free_closeness(sight), nearest * sight.closeness);
+    return gap.texels <= 0.0 || gap.stored <= max(free_closeness(sight), nearest * sight.closeness)
+        || (gap.texels < CREASE_TEXELS && occluder_surface_is_behind(sight, texel, gap.stored));
 }
 
 // [Schwaerzler2012 §3.4.3] The lit share of the texels around the receiver's.
