@@ -263,3 +263,19 @@ def leaf() -> ss.Node:
     texcoords = np.float32([[(0, 0), (0, 1), (1, 1), (1, 0)]] * 2)
     mesh = ss.Mesh(corners, np.uint32([[0, 1, 2], [0, 2, 3]]), texcoords=texcoords, material=material)
     return ss.Node(mesh, name="leaf")
+
+
+def test_triangles_without_a_plane_are_not_seen() -> None:
+    """Corners on one line: the rasteriser snaps them to a pixel here and there, where no normal could be given."""
+    random = np.random.default_rng(7)
+    ends = random.uniform(-1.5, 1.5, (400, 2, 3)).astype(np.float32)
+    ends = np.round(ends * 1024.0) / 1024.0  # so that the middle lies exactly between them
+    middle = ends.mean(axis=1, keepdims=True)
+    corners = np.concatenate([ends, middle], axis=1).reshape(-1, 3).astype(np.float32)
+    lines = ss.Mesh(corners, np.arange(len(corners), dtype=np.uint32).reshape(-1, 3), material=stage.MATT)
+    scene = stage.standard_scene()
+    expected = stage.render(scene, "none", (160, 120))
+    scene.nodes.append(ss.Node(lines))
+    frame = stage.render(scene, "none", (160, 120))
+    assert np.allclose(np.linalg.norm(frame.normal[frame.surface], axis=-1), 1.0, atol=1e-5)
+    assert np.array_equal(frame.position, expected.position)

@@ -25,9 +25,11 @@ fn vs_triangle(@builtin(vertex_index) index: u32) -> Fragment {
         frame.near,
         distance,
     );
-    // A single-sided triangle seen from behind is not there. Decided by its plane, so that all three vertices agree.
+    // A single-sided triangle seen from behind is not there, nor is one without a plane. Decided by the plane, so that all
+    // three vertices agree.
     let seen_from_behind = dot(face_normal_ws(triangle), to_vertex_ws) > 0.0;
-    if seen_from_behind && materials[triangle_material(triangle)].double_sided == 0u {
+    let is_degenerate = all(face_normal_ws(triangle) == vec3f(0.0));
+    if is_degenerate || (seen_from_behind && materials[triangle_material(triangle)].double_sided == 0u) {
         out.position_cs = vec4f(0.0, 0.0, -1.0, 1.0);
     }
     out.texcoords = vertex_attributes[vertex].texcoords;
