@@ -13,10 +13,7 @@ import numpy.typing as npt
 
 import softshadows as ss
 from softshadows.techniques.adaptive.lattice import Lattice
-from softshadows.techniques.adaptive.sampling import CONTROL_WORDS, TILE, AdaptiveSampling
-
-SURE_LEVELS = 2
-"""Trees by tile refine so many levels wherever a part of the light is seen."""
+from softshadows.techniques.adaptive.sampling import CONTROL_WORDS, SURE_LEVELS, TILE, AdaptiveSampling
 
 Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int, int]
@@ -171,11 +168,12 @@ def without_ring(texels: npt.NDArray[np.int_]) -> Bools:
 def failing_texels(gpu: Gpu, cell: Cell, present: Bools, step: int) -> Bools:
     """(height, width): texels that see some of the cell's corners, but not all, and pass no test of their neighbours.
 
-    In trees by tile, the first levels do not ask the neighbours.
+    In trees by tile, the sure levels do not ask the neighbours, but the deepest one always does: what fails there is
+    reported, not refined.
     """
     texels = number_of_corners(gpu, cell, present, step)
     fails = (texels > 0) & (texels < len(corners(gpu.lattice, cell)))
-    if gpu.is_global or cell[0] >= SURE_LEVELS:
+    if gpu.is_global or cell[0] >= min(SURE_LEVELS, gpu.lattice.depth):
         fails &= without_ring(texels)
     whole = np.zeros(gpu.surface.shape, bool)
     whole[::step, ::step] = fails
@@ -199,11 +197,14 @@ def count_by_tile(texels: Bools, tiles: tuple[int, int], beyond: int = 0) -> npt
 def needs_more(gpu: Gpu, cell: Cell, fails: Bools, threshold: int) -> Bools:
     """Which trees refine the cell, as far as they have it?
 
-    One tree for all tiles: where more texels fail than may. One each: by the tile's own texels, and on the first levels
-    also where any texel fails within half a tile around.
+    One tree for all tiles: where more texels fail than may. One each: the root always, other cells by the tile's own
+    texels, and on the sure levels also where a texel fails within half a tile around, in a tile of which more fail than
+    may.
     """
     if gpu.is_global:
         return np.full(gpu.tiles, fails.sum() > threshold)
+    if cell[0] == 0:
+        return np.ones(gpu.tiles, bool)
     own = count_by_tile(fails, gpu.tiles)
     if cell[0] >= SURE_LEVELS:
         return own > threshold

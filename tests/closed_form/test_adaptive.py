@@ -104,9 +104,8 @@ def capped_tiles(frame: ss.Frame) -> int:
     """By the frame's warning; 0 without one. It names all tiles of the picture, too."""
     height, width = frame.surface.shape
     for warning in frame.stats.warnings:
-        if found := re.fullmatch(
-            r"adaptive: max_depth=\d leaves bands in (\d+) of (\d+) tiles of 16×16 pixels", warning
-        ):
+        pattern = rf"adaptive: max_depth=\d leaves bands in (\d+) of (\d+) tiles of {model.TILE}×{model.TILE} pixels"
+        if found := re.fullmatch(pattern, warning):
             assert int(found[2]) == -(-height // model.TILE) * -(-width // model.TILE)
             assert int(found[1]) > 0
             return int(found[1])
@@ -221,8 +220,8 @@ SCENES: dict[str, tuple[ss.Scene, ss.Camera]] = {
 @both_refinements
 def test_the_trees_are_the_models(name: str, refinement: str) -> None:
     """4, and 3 at every level: only texels that see 1 to 3 of a cell's corners fail, if no neighbour sees another
-    number; in tile mode, as far as the tiles know the cell. There all such texels fail on the first levels, also for
-    tiles within half a tile around."""
+    number; in tile mode, as far as the tiles know the cell. There the root is always refined, and all such texels fail
+    on the sure levels, also for tiles within half a tile around."""
     made, camera = SCENES[name]
     check_model(*grown(made, camera, refinement=refinement))
 
@@ -401,26 +400,27 @@ def test_a_higher_threshold_never_takes_more_maps(name: str, refinement: str) ->
         lookups.append(frame.stats.lookups_per_pixel)
     for counts in (maps, lookups):
         assert (np.diff(counts) <= 0).all(), counts
-        assert counts[-1] < counts[0] or (refinement, name) == ("tile", "line"), counts
+        assert counts[-1] < counts[0], counts
     if refinement == "global":
         for more, fewer in itertools.pairwise(trees):
             for cell, tiles in fewer.present.items():
                 assert (tiles <= more.present[cell]).all()
-        assert trees[-1].depth() == 0
+    assert trees[-1].depth() == (1 if refinement == "tile" else 0)
 
 
 # -- Beyond the paper --------------------------------------------------------------------------------------------------
 
 
 def test_trees_by_tile_take_fewer_lookups() -> None:
-    """The picture's one deep penumbra does not refine the rest of it: 0.152 of the look-ups here. It must be deep, as
-    trees by tile refine the first two levels wherever there is a penumbra."""
+    """The picture's one deep penumbra does not refine the rest of it: 0.243 of the look-ups here (0.152 when trees
+    began with four samples and had two sure levels). It must be deep, as trees by tile refine the first three levels
+    wherever there is a penumbra."""
     made = ss.scenes.sphere_cube()
     tile, whole = (
         frame_of(made, made.camera, (160, 120), refinement=refinement, resolution=256)
         for refinement in ("tile", "global")
     )
-    assert tile.stats.lookups_per_pixel < 0.2 * whole.stats.lookups_per_pixel
+    assert tile.stats.lookups_per_pixel < 0.25 * whole.stats.lookups_per_pixel
 
 
 @both_refinements
@@ -479,7 +479,7 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
 
 
 def test_a_full_hd_frame() -> None:
-    """More tiles than one dimension of a dispatch takes for a list: 8160."""
+    """More tiles than one dimension of a dispatch takes for a list: 32400."""
     size = (1920, 1080)
     frame, gpu, tree = grown(STANDARD, stage.CAMERA, size, refinement="tile", max_depth=1)
     _kept.clear()

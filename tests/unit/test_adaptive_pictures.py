@@ -13,7 +13,7 @@ from softshadows.techniques.adaptive import pictures
 from softshadows.techniques.adaptive.pictures import MARGIN, SCALE_HEIGHT, read_decisions
 
 SIZE = (90, 68)
-"""No multiple of 16: tiles reach beyond the picture."""
+"""No multiple of a tile: tiles reach beyond the picture."""
 
 
 def decisions(light: Any = stage.RECT, **options: Any) -> tuple[ss.Frame, pictures.Decisions, dict[str, Any]]:

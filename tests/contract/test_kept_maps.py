@@ -1,0 +1,171 @@
+"""Shadow maps that outlive a frame: they are kept where nothing changed, and never seen where something did.
+
+The witness is the atlas's own draw arguments, read back after the frame: a draw without instances draws nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import wgpu
+
+import softshadows as ss
+import stage
+from softshadows.gpu.device import acquire
+from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
+from softshadows.techniques import Adaptive, Technique, Uniform
+
+SIZE = (61, 45)
+KEEPING: dict[str, Technique] = {
+    "uniform": Uniform(grid=5, resolution=256),
+    "adaptive": Adaptive(resolution=256),
+    "adaptive-global": Adaptive(resolution=256, refinement="global"),
+    "adaptive-cell": Adaptive(resolution=256, max_depth=2, filter="cell"),
+}
+"""Techniques whose maps all fit the atlas."""
+OTHER = dataclasses.replace(stage.RECT, position=(-1.5, 3.0, 1.0), width=2.0)
+
+every_keeper = pytest.mark.parametrize("name", list(KEEPING))
+
+
+@pytest.fixture(autouse=True)
+def _readable_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing but these tests reads indirect arguments back, so their buffers do not say that they can be."""
+    device = type(acquire().device)
+    create = device.create_buffer
+
+    def create_readable(self: Any, *, usage: int, **others: Any) -> wgpu.GPUBuffer:
+        more = wgpu.BufferUsage.COPY_SRC if usage & wgpu.BufferUsage.INDIRECT else 0
+        return create(self, usage=usage | more, **others)
+
+    monkeypatch.setattr(device, "create_buffer", create_readable)
+
+
+def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
+    return ss.Renderer(made, technique=KEEPING[name], size=SIZE)
+
+
+def atlas_of(renderer: ss.Renderer) -> ShadowAtlas:
+    """The atlas of the light that took the last turn."""
+    owner = renderer._pass._turns[-1][0]  # type: ignore[attr-defined]
+    atlas = owner if isinstance(owner, ShadowAtlas) else owner._atlas
+    assert atlas.keeps_maps
+    return atlas
+
+
+def instances(renderer: ss.Renderer) -> npt.NDArray[np.uint32]:
+    """(chunks, DRAWS): the views that each draw of the last light's last frame drew into."""
+    atlas = atlas_of(renderer)
+    words = np.frombuffer(acquire().device.queue.read_buffer(atlas.arguments), "<u4")
+    return words.reshape(-1, DRAWS, DRAW_BYTES // 4)[:, :, 1]
+
+
+def fresh(made: ss.Scene, camera: ss.Camera, name: str) -> tuple[ss.Frame, npt.NDArray[np.uint32]]:
+    """What a new renderer makes of it."""
+    with renderer_of(made, name) as renderer:
+        return renderer.render(camera), instances(renderer)
+
+
+def same_frame(one: ss.Frame, other: ss.Frame) -> bool:
+    assert one.stats.shadow_maps == other.stats.shadow_maps
+    assert one.stats.lookups_per_pixel == other.stats.lookups_per_pixel
+    assert one.stats.warnings == other.stats.warnings
+    return stage.same_bits(one.visibility, other.visibility)
+
+
+def card_moved() -> list[ss.Node]:
+    """The standard scene's nodes, the card 0.3 m aside and 0.2 m higher."""
+    base, card, box = stage.standard_scene().nodes
+    return [base, stage.moved(card, (0.3, 0.2, -0.1)), box]
+
+
+@every_keeper
+def test_a_frame_like_the_last_draws_nothing(name: str) -> None:
+    made = stage.standard_scene()
+    with renderer_of(made, name) as renderer:
+        first = renderer.render(stage.CAMERA)
+        drawn = instances(renderer)
+        assert drawn.sum(axis=0).min() >= first.stats.shadow_maps, "every map has a view, which every draw fills"
+        for _ in range(2):
+            again = renderer.render(stage.CAMERA)
+            assert not instances(renderer).any()
+            assert same_frame(again, first)
+
+
+@every_keeper
+def test_what_changed_is_drawn_again_as_by_a_new_renderer(name: str) -> None:
+    """The light moves and moves back, then an occluder does: no map from before is seen, nor is one of them missing."""
+    nodes = stage.standard_scene().nodes
+    steps = [(nodes, stage.RECT), (nodes, OTHER), (nodes, stage.RECT), (card_moved(), stage.RECT), (nodes, stage.RECT)]
+    with renderer_of(stage.standard_scene(), name) as renderer:
+        pictures = []
+        for placed, light in steps:
+            renderer.scene = ss.Scene(placed, [light])
+            frame = renderer.render(stage.CAMERA)
+            expected, drawn = fresh(renderer.scene, stage.CAMERA, name)
+            np.testing.assert_array_equal(instances(renderer), drawn)
+            assert drawn.any()
+            assert same_frame(frame, expected)
+            pictures.append(frame.visibility)
+    assert stage.same_bits(pictures[0], pictures[2])
+    assert stage.same_bits(pictures[0], pictures[4])
+    for changed in (pictures[1], pictures[3]):
+        assert np.abs(changed - pictures[0]).mean() > 0.01, "the change is too small to show old maps"
+
+
+@every_keeper
+def test_a_light_that_only_shines_brighter_keeps_or_draws_the_same_maps(name: str) -> None:
+    made = stage.standard_scene()
+    with renderer_of(made, name) as renderer:
+        first = renderer.render(stage.CAMERA)
+        renderer.scene = ss.Scene(made.nodes, [dataclasses.replace(stage.RECT, radiance=(1.0, 20.0, 3.0))])
+        assert same_frame(renderer.render(stage.CAMERA), first)
+
+
+CAMERAS = {
+    "aside": ss.Camera((1.32, 2.3, 2.89), (0.06, 0.3, 0.05), 45.0),
+    "nearer": ss.Camera((1.2, 2.1, 2.7), (0.05, 0.3, 0.05), 45.0),
+    "turned": ss.Camera((1.3, 2.3, 2.9), (0.25, 0.3, 0.0), 45.0),
+    "wider": ss.Camera((1.3, 2.3, 2.9), (0.05, 0.3, 0.05), 49.0),
+}
+
+
+@every_keeper
+def test_after_a_small_step_of_the_camera_maps_serve_or_are_drawn_again(name: str) -> None:
+    """Kept maps have other texels than new ones, so that single pixels at edges differ: 0.01 in the mean at most."""
+    made = stage.standard_scene()
+    with renderer_of(made, name) as renderer:
+        renderer.render(stage.CAMERA)
+        kept = redrawn = 0
+        for step, camera in CAMERAS.items():
+            frame = renderer.render(camera)
+            drawn = instances(renderer).sum(axis=0).max()
+            expected, all_drawn = fresh(made, camera, name)
+            kept += drawn < all_drawn.sum(axis=0).max()
+            redrawn += drawn > 0
+            stage.check_visibility(frame)
+            assert np.abs(frame.visibility - expected.visibility).mean() <= 0.01, step
+            again = renderer.render(camera)
+            assert not instances(renderer).any(), f"{step}: what was drawn serves"
+            assert same_frame(again, frame)
+        assert kept > 0, "no step is small enough to keep anything"
+        assert redrawn > 0, "no step is large enough to draw anything"
+
+
+@every_keeper
+def test_lights_that_take_turns_do_not_see_each_others_maps(name: str) -> None:
+    """Also not in later frames, when each finds the other's maps in the atlas; equal lights may share theirs."""
+    nodes = stage.standard_scene().nodes
+    alone = {light: fresh(ss.Scene(nodes, [light]), stage.CAMERA, name)[0] for light in (stage.RECT, OTHER)}
+    assert np.abs(alone[stage.RECT].visibility - alone[OTHER].visibility).mean() > 0.01
+    for lights in ([stage.RECT, OTHER], [OTHER, stage.RECT], [stage.RECT, stage.RECT]):
+        with renderer_of(ss.Scene(nodes, lights), name) as renderer:
+            for _ in range(3):
+                frame = renderer.render(stage.CAMERA)
+                for layer, light in enumerate(lights):
+                    assert stage.same_bits(frame.visibility[layer], alone[light].visibility[0])
+                assert frame.stats.shadow_maps == sum(alone[light].stats.shadow_maps for light in lights)
