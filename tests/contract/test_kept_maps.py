@@ -6,6 +6,7 @@ The witness is the atlas's own draw arguments, read back after the frame: a draw
 from __future__ import annotations
 
 import dataclasses
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,8 +16,9 @@ import wgpu
 
 import softshadows as ss
 import stage
+from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.device import acquire
-from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
+from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas, plan_atlas
 from softshadows.techniques import Adaptive, Technique, Uniform
 
 SIZE = (61, 45)
@@ -169,3 +171,16 @@ def test_lights_that_take_turns_do_not_see_each_others_maps(name: str) -> None:
                 for layer, light in enumerate(lights):
                     assert stage.same_bits(frame.visibility[layer], alone[light].visibility[0])
                 assert frame.stats.shadow_maps == sum(alone[light].stats.shadow_maps for light in lights)
+
+
+@pytest.mark.parametrize("samples_per_submit", [1, 7, 25, 1000])
+def test_maps_that_all_fit_have_places_of_their_own(samples_per_submit: int) -> None:
+    """However a frame is cut: else a kept map would be overdrawn by one of the last chunk."""
+    pixels = stage.SIZE[0] * stage.SIZE[1]
+    lookups_per_ms = pixels * samples_per_submit / SUBMIT_MS
+    gpu: Any = SimpleNamespace(limit=lambda _: 8192, triangles_per_ms=1e12, lookups_per_ms=lookups_per_ms)
+    scene: Any = SimpleNamespace(triangle_count=12)
+    plan = plan_atlas(gpu, scene, stage.SIZE, samples=25, resolution=256, memory_budget=512)
+    assert plan.holds_all
+    assert len({sample % plan.samples_per_batch for sample in range(25)}) == 25
+    assert [plan.starts_batch(chunk) for chunk in range(plan.chunks)] == [True] + [False] * (plan.chunks - 1)

@@ -149,7 +149,7 @@ class AtlasPlan:
     @property
     def holds_all(self) -> bool:
         """Do all samples' maps lie in the atlas at one time?"""
-        return self.tiles_per_row**2 >= self.samples
+        return self.samples_per_batch >= self.samples and self.tiles_per_row**2 >= self.samples
 
     def starts_batch(self, chunk: int) -> bool:
         """Is the chunk the first of its batch?"""
@@ -193,7 +193,8 @@ def plan_atlas(
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
     # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
     per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, min(per_row * per_row, samples)))
-    per_batch = per_row * per_row // per_chunk * per_chunk
+    # A batch is whole chunks; but where the atlas holds all samples, all of them are one batch.
+    per_batch = samples if per_row * per_row >= samples else per_row * per_row // per_chunk * per_chunk
     return AtlasPlan(
         samples=samples,
         tile=tile,
