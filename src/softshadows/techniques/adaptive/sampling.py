@@ -7,7 +7,8 @@
       lookup.wgsl  each map looked up once per pixel, and remembered as a bit (batch by batch, after its draw)
       compare.wgsl the paper's test of neighbouring maps, in the camera's image
       refine.wgsl  cells that failed are refined, and request the next level's samples
-    average.wgsl   the bits, weighted, are the visibility
+    average.wgsl   the bits, weighted, are the visibility; or
+    filter.wgsl    the maps looked up once more, with a filter, where the bits say that it matters
 
 A level's maps are drawn in at most BATCHES draws, since the CPU does not know how many there will be: where a level
 requests few samples, the later draws and look-ups are empty.
