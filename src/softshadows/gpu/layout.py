@@ -24,7 +24,6 @@ Vec2f = Annotated[tuple[float, float], "vec2f"]
 Vec3f = Annotated[tuple[float, float, float], "vec3f"]
 Vec4f = Annotated[tuple[float, float, float, float], "vec4f"]
 Vec2u = Annotated[tuple[int, int], "vec2u"]
-Vec4u = Annotated[tuple[int, int, int, int], "vec4u"]
 
 _SCALARS = {"f": "<f4", "u": "<u4", "i": "<i4"}
 

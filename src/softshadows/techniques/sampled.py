@@ -140,14 +140,13 @@ class SampledPass(TechniquePass):
     ) -> None:
         """Run an entry of the technique's shader, with the bind groups that all of them share."""
         context = self._context
-        compute = commands.encoder.begin_compute_pass(timestamp_writes=commands.timer.writes(label))
-        compute.set_pipeline(self._lookup_pipeline(atlas, entry))
-        compute.set_bind_group(0, context.gbuffer.receiver_bindings)
-        compute.set_bind_group(1, context.scene.bindings)
-        compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
-        compute.set_bind_group(3, self._target)
-        compute.dispatch_workgroups(*groups)
-        compute.end()
+        with commands.compute(label) as compute:
+            compute.set_pipeline(self._lookup_pipeline(atlas, entry))
+            compute.set_bind_group(0, context.gbuffer.receiver_bindings)
+            compute.set_bind_group(1, context.scene.bindings)
+            compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
+            compute.set_bind_group(3, self._target)
+            compute.dispatch_workgroups(*groups)
 
     def _lookup_pipeline(self, atlas: ShadowAtlas, entry: str) -> wgpu.GPUComputePipeline:
         if entry not in self._pipelines:

@@ -261,9 +261,7 @@ class ShadowAtlas:
         self.samples = buffer(16 * plan.samples, storage | write)
         self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
         self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
-        self.boxes = boxes = buffer(
-            dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage | _USAGE.COPY_SRC
-        )
+        self.boxes = boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
         self.draw_views = buffer(
             FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
             storage | _USAGE.VERTEX | _USAGE.COPY_SRC,

@@ -12,8 +12,7 @@ fn present_cells(tree: u32, level: u32, row: u32) -> u32 {
     if level == 0u {
         return select(0u, 1u, is_active(tree));
     }
-    let parents = refined[refined_index(tree, level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
-    return parents | (parents << spacing(level));
+    return children_of(refined[refined_index(tree, level - 1u, parent_row(row))], level);
 }
 
 fn leaf_cells(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {

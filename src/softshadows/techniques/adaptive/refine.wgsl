@@ -16,8 +16,7 @@ fn present_cells(tree: u32, row: u32) -> u32 {
     if step.level == 0u {
         return 1u;
     }
-    let parents = refined[refined_index(tree, step.level - 1u, select(0u, row / 2u, shape.has_rows == 1u))];
-    return parents | (parents << spacing(step.level));
+    return children_of(refined[refined_index(tree, step.level - 1u, parent_row(row))], step.level);
 }
 
 // Those of the cells that fail in more texels of a tile than may.

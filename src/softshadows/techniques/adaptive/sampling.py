@@ -256,7 +256,7 @@ class AdaptiveSampling:
         windows = _numbered(
             atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments, atlas.drawn
         )
-        return {
+        kernels = {
             "begin": kernel(
                 "begin",
                 "requests refined active_tiles control",
@@ -275,20 +275,24 @@ class AdaptiveSampling:
                 {0: _numbered(gbuffer.uniforms, position)},
             ),
             "refine": kernel("refine", "requests refined failures active_tiles control counts", {}),
-            "filter": kernel(
+        }
+        weights = float(self._options.paper_weights)
+        if self._options.is_filtered:
+            kernels["filter"] = kernel(
                 "filter",
                 "requests refined masks control report",
                 {0: receivers, 2: maps, 3: _numbered(self._context.visibility)},
-                paper_weights=float(self._options.paper_weights),
+                paper_weights=weights,
                 pcf_texels=self._options.pcf,
-            ),
-            "average": kernel(
+            )
+        else:
+            kernels["average"] = kernel(
                 "average",
                 "requests refined masks control report",
                 {0: receivers, 2: _numbered(atlas.light, self._context.visibility)},
-                paper_weights=float(self._options.paper_weights),
-            ),
-        }
+                paper_weights=weights,
+            )
+        return kernels
 
     def _make_steps(self) -> list[list[dict[str, Changing]]]:
         """By level and batch: the step, bound for every kernel that asks for it."""
@@ -315,6 +319,8 @@ class AdaptiveSampling:
 
     def _make_sums(self) -> list[Changing]:
         """The passes of the average: one over all levels, or one for each where the evaluation is deferred."""
+        if self._options.is_filtered:
+            return []
         levels = self._lattice.depth + 1
         ranges = [(level, level + 1) for level in range(levels)] if self._options.is_deferred else [(0, levels)]
         average = self._kernels["average"]

@@ -48,6 +48,16 @@ fn spacing(level: u32) -> u32 {
     return 1u << (shape.deepest - level);
 }
 
+// The children of a row of cells, in either of the rows of `level` that they fill.
+fn children_of(parents: u32, level: u32) -> u32 {
+    return parents | (parents << spacing(level));
+}
+
+// The row of cells above `level` that the parents of its row `row` are in.
+fn parent_row(row: u32) -> u32 {
+    return select(0u, row / 2u, shape.has_rows == 1u);
+}
+
 fn cell_rows(level: u32) -> u32 {
     return select(1u, 1u << level, shape.has_rows == 1u);
 }
