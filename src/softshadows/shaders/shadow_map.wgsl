@@ -177,9 +177,8 @@ fn occluder_ends_before(sight: Sight, texel: vec2u) -> bool {
     return beside <= free_closeness(sight);
 }
 
-// Is light sample `sample_index` visible from the receiver?
-fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
-    let sight = sight_through(sample_index, receiver, receiver.point);
+// Is the light sample visible from the receiver that sees it so?
+fn sight_is_lit(sight: Sight) -> bool {
     if !sight.possible || !sight.covered {
         return sight.possible;
     }
@@ -191,4 +190,9 @@ fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
     }
     return (gap.texels <= gap.grazing && occluder_ends_before(sight, texel))
         || (gap.texels < CREASE_TEXELS && occluder_surface_is_behind(sight, texel, gap.stored));
+}
+
+// Is light sample `sample_index` visible from the receiver?
+fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
+    return sight_is_lit(sight_through(sample_index, receiver, receiver.point));
 }

@@ -1,8 +1,8 @@
 """All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
 
     receivers.wgsl   boxes around what the camera sees and something can shadow, 8×8 pixels each, in light space
-    windows.wgsl     per light sample: windows around those boxes, cut into cube faces, placed in the sample's tile;
-                     draw list
+    windows.wgsl     per light sample: windows around those boxes, cut into cube faces
+    placing.wgsl     the windows' places in the sample's tile, and the list of views to draw
     fit.wgsl         the windows of every sample, around all boxes
     draw.wgsl        the occluders, one instance per window
 
