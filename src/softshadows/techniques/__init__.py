@@ -9,6 +9,7 @@ from softshadows.errors import OptionError
 from softshadows.techniques.adaptive.adaptive import Adaptive
 from softshadows.techniques.base import Technique
 from softshadows.techniques.hard.hard import Hard
+from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMaps
 from softshadows.techniques.none.none import Unshadowed
 from softshadows.techniques.pcf.pcf import Pcf
 from softshadows.techniques.pcss.pcss import Pcss
@@ -16,13 +17,14 @@ from softshadows.techniques.uniform.uniform import Uniform
 from softshadows.techniques.vsm.vsm import Vsm
 
 TECHNIQUES: dict[str, type[Technique]] = {
-    cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform, Adaptive)
+    cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform, Adaptive, LineShadowMaps)
 }
 
 __all__ = [
     "TECHNIQUES",
     "Adaptive",
     "Hard",
+    "LineShadowMaps",
     "Pcf",
     "Pcss",
     "Technique",

@@ -19,11 +19,6 @@ fn map_coordinates(face: u32, vector_ls: vec3f) -> vec3f {
     return face_coordinates(face, vector_ls);
 }
 
-// The range of (x / d) for x in [low, high] and d in [near, far], near > 0.
-fn quotient_range(low: f32, high: f32, near: f32, far: f32) -> vec2f {
-    return vec2f(low / select(far, near, low < 0.0), high / select(near, far, high < 0.0));
-}
-
 // The part of a window's plane that a box takes: low and high corner, and the mean depth of what is in it. Empty where the
 // box lies beyond the window's limit.
 struct Extent {
@@ -116,29 +111,6 @@ fn front_can_hold() -> bool {
     let extent = front.high - front.low;
     let wide_extent = windows[WIDE_FRONT].high - windows[WIDE_FRONT].low;
     return wide_extent.x * wide_extent.y <= FRONT_GROWTH * extent.x * extent.y;
-}
-
-// Do the views that the sample had in the last frame still show all that these would, and nearly as finely?
-fn still_serve(sample: u32) -> bool {
-    for (var face = 0u; face < FACES; face++) {
-        let wanted = views[face];
-        if wanted.size.x == 0u {
-            continue;
-        }
-        let had = shadow_views[sample * FACES + face];
-        if had.size.x == 0u || any(had.texels_per_unit < KEPT_FINENESS * wanted.texels_per_unit) {
-            return false;
-        }
-        let low = wanted.window_low + light.margin_texels / wanted.texels_per_unit;
-        let high = wanted.window_low + (vec2f(wanted.size) - light.margin_texels) / wanted.texels_per_unit;
-        let had_low = had.window_low + light.margin_texels / had.texels_per_unit;
-        let had_high = had.window_low + (vec2f(had.size) - light.margin_texels) / had.texels_per_unit;
-        // A view's far border is rounded up to whole texels, by up to one of its own.
-        if any(low < had_low - 1e-6 * abs(had_low)) || any(high > had_high + 1.0 / wanted.texels_per_unit) {
-            return false;
-        }
-    }
-    return true;
 }
 
 fn fit_sample(sample: u32, slot: Slot, lane: u32) {

@@ -1,0 +1,168 @@
+"""Soft shadow maps for linear lights: two maps, and in each the share of the light that what it shows can see.
+
+Paper
+    [Heidrich2000]  Heidrich, Brabec, Seidel, "Soft Shadow Maps for Linear Lights", Eurographics Workshop on Rendering
+    2000.
+
+Section map
+    [Heidrich2000 §3]      shade(): hard tests weighed by visibility channels  -> visibility.wgsl cs_visibility()
+    [Heidrich2000 §3.2]    skins across depth discontinuities                  -> skins.wgsl cs_find() add_skin()
+    [Heidrich2000 §3.2]    skins warped into the other map                     -> channels.wgsl vs_skin() fs_skin()
+    [Heidrich2000 Eq. 1]   the exact transition across a penumbra              -> channels.wgsl rational_share()
+    [Heidrich2000 §3.3]    more samples, a light for every two neighbours      -> visibility.wgsl cs_visibility()
+    [Heidrich2000 §4]      3×3 Laplacian of Gaussian                           -> skins.wgsl laplacian()
+
+Departures from the paper
+    - None is final yet.
+
+Use when
+    the light is a line.
+Fails when
+    what lies between two neighbouring samples is seen by neither (scene `fence`).
+Inputs
+    line lights.
+Cost
+    up to nine shadow maps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import ClassVar
+
+import numpy as np
+import wgpu
+
+from softshadows.errors import OptionError
+from softshadows.gpu.commands import Commands
+from softshadows.scene.geometry import Geometry
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, SoftMapOptions, SoftMaps
+from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+
+_PRESETS = {
+    "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all"},
+}
+
+
+class LineShadowMaps(Technique):
+    """Soft shadows of line lights from shadow maps with visibility channels. The module's text is its manual.
+
+    `LineShadowMaps.preset("paper")` is the paper's: two samples, maps of 500 texels, linear transitions.
+    """
+
+    name: ClassVar[str] = "line_shadow_maps"
+    light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
+
+    samples: int | str = option(
+        default="auto",
+        help="points on the light, evenly spaced; auto inserts them where the maps contradict each other",
+        low=2,
+        high=17,
+        or_word="auto",
+    )
+    max_samples: int = option(default=9, help="the most that auto may take", choices=(3, 5, 9, 17))
+    tolerance: float = option(
+        default=0.001, help="share of pixels with contradictions that auto accepts", low=0.0, high=1.0
+    )
+    transition: str = option(
+        default="rational",
+        help="of visibility across a penumbra: the paper's linear one, or exact for the surface in each texel",
+        choices=("rational", "linear"),
+    )
+    seen_by_both: str = option(
+        default="channels",
+        help="what sees both ends of a segment sees what its channels say, or all of it, as the paper assumes",
+        choices=("channels", "all"),
+    )
+    threshold: float = option(
+        default=1.0, help="the least depth of a discontinuity, in texels of its distance", low=0.1, high=1000.0
+    )
+    resolution: int | str = option(
+        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    memory_budget: int = option(
+        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their channels", low=1, high=65536
+    )
+
+    @classmethod
+    def preset(cls, name: str) -> LineShadowMaps:
+        """Named options. Raises OptionError for an unknown name."""
+        if name not in _PRESETS:
+            raise OptionError(f"line_shadow_maps has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
+        return cls(**_PRESETS[name])
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return _LineShadowMapsPass(context, self)
+
+
+class _LineShadowMapsPass(TechniquePass):
+    """One SoftMaps for lights with a length, one with a single map for those without."""
+
+    def __init__(self, context: RenderContext, technique: LineShadowMaps) -> None:
+        super().__init__()
+        self._context, self._technique = context, technique
+        usage = wgpu.BufferUsage
+        self._report = context.gpu.device.create_buffer(
+            size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
+        )
+        self._soft_maps: dict[bool, SoftMaps] = {}  # by whether the light has a length
+        self._written: tuple[tuple[Light, ...], Geometry] | None = None
+        self._turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        written = (tuple(lights), self._context.scene.geometry)
+        if written == self._written:
+            return
+        self._written = written
+        groups: dict[bool, list[tuple[Light, int]]] = {}
+        turns = []
+        for layer, light in enumerate(lights):
+            has_length = light.half_extent[0] > 0.0
+            if has_length not in self._soft_maps:
+                self._soft_maps[has_length] = self._new_maps(has_length)
+            group = groups.setdefault(has_length, [])
+            turns.append((self._soft_maps[has_length], len(group)))
+            group.append((light, layer))
+        for has_length, group in groups.items():
+            self._soft_maps[has_length].set_lights(group)
+        self._turns = turns
+        self.bytes = sum(maps.bytes for maps in self._soft_maps.values())
+
+    def _new_maps(self, has_length: bool) -> SoftMaps:
+        technique = self._technique
+        is_auto = has_length and technique.samples == "auto"
+        samples = technique.max_samples if technique.samples == "auto" else int(technique.samples)
+        options = SoftMapOptions(
+            samples=samples if has_length else 1,
+            is_auto=is_auto,
+            tolerance=technique.tolerance,
+            is_rational=technique.transition == "rational",
+            both_ends_see_all=technique.seen_by_both == "all",
+            threshold_texels=technique.threshold,
+            resolution=technique.resolution,
+            bias_scale=technique.bias_scale,
+            memory_budget=technique.memory_budget,
+        )
+        return SoftMaps(self._context, options, self._report)
+
+    def encode(self, commands: Commands) -> None:
+        commands.encoder.clear_buffer(self._report)
+        for maps, index in self._turns:
+            maps.encode(commands, index)
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        return {"report": (self._report, "<u4", (REPORT_WORDS,))}
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+        self.clamped, self.shadow_maps, self.skins, dropped = (int(word) for word in results["report"])
+        self.lookups_per_pixel = float(self.shadow_maps)
+        self.warnings = []
+        if dropped:
+            self.warnings.append(
+                f"line_shadow_maps: {dropped} of {self.skins} skins were left out. Lower the resolution, or raise "
+                "the threshold."
+            )
