@@ -33,7 +33,7 @@ def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[
     for begin, count in zip(geometry.node_starts[:-1], counts, strict=True):
         pieces = max(int(count / per_cluster), 1)
         if pieces > 1:
-            order[begin : begin + count] = begin + _along_curve(middle[:, begin : begin + count])
+            order[begin : begin + count] = begin + along_curve(middle[:, begin : begin + count])
         starts.append(begin + np.arange(pieces) * count // pieces)
     first = np.concatenate(starts)
     low = np.stack([np.minimum.reduceat(axis.take(order), first) for axis in low], axis=1)
@@ -57,7 +57,7 @@ def _triangle_boxes(geometry: Geometry) -> tuple[Floats, Floats, Floats]:
     return low, high, middle
 
 
-def _along_curve(points: Floats) -> npt.NDArray[np.intp]:
+def along_curve(points: Floats) -> npt.NDArray[np.intp]:
     """The order of (3, n) points along a Z-shaped space-filling curve; equals stay in their order."""
     low, high = points.min(axis=1, keepdims=True), points.max(axis=1, keepdims=True)
     cells = ((points - low) / np.maximum(high - low, np.float32(1e-30)) * np.float32(_GRID - 1)).astype(np.uint64)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows.errors import SceneError
-from softshadows.scene.model import Material, Node, Scene
+from softshadows.scene.model import Material, Mesh, Node, Scene
 from softshadows.scene.solids import is_solid
 
 Floats = npt.NDArray[np.float32]
@@ -30,7 +30,8 @@ class Geometry:
     texcoords (v, 4) float32, two sets side by side; colors (v, 4) float32; face_normals (t, 3) float32, unit, by
     winding, zero for degenerate triangles; material_index (t,) uint32 into `materials`; solid_count: triangles of solid
     nodes; opaque_count: triangles before the masked ones; solid_boxes (k, 2, 3) float32: low and high corner of each
-    solid node; node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end.
+    solid node; node_starts (n + 1,) int64: where each drawn node's triangles begin, and the end; meshes: each drawn
+    node's mesh, whose vertices follow each other in the same order.
     """
 
     positions: Floats
@@ -45,6 +46,7 @@ class Geometry:
     opaque_count: int
     solid_boxes: Floats
     node_starts: npt.NDArray[np.int64]
+    meshes: list[Mesh]
 
     @cached_property
     def bounds(self) -> npt.NDArray[np.float64]:
@@ -112,6 +114,7 @@ def flatten(scene: Scene) -> Geometry:
         opaque_count=opaque_count,
         solid_boxes=np.array(solid_boxes, np.float32).reshape(-1, 2, 3),
         node_starts=np.cumsum([0, *(len(node.mesh.triangles) for node in nodes)]),
+        meshes=[node.mesh for node in nodes],
     )
 
 

@@ -37,13 +37,13 @@ def is_solid(mesh: Mesh) -> bool:
 
 def _encloses(positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint32]) -> bool:
     """`is_solid` of (n, 3) positions and (t, 3) triangles."""
-    corners = _welded(positions)[triangles.astype(np.intp)]
+    corners = welded(positions)[triangles.astype(np.intp)]
     a, b, c = corners.T
     whole = (a != b) & (b != c) & (c != a)
     neighbors = _neighbors(corners[whole])
     if neighbors is None or not len(neighbors):
         return False
-    part = _parts(neighbors)
+    part = connected_parts(neighbors)
     # Volumes from tetrahedra over each part's first corner: parts far from the origin lose no digits.
     corner = positions[triangles[whole].astype(np.intp)].astype(np.float64)
     u, v, w = (corner - corner[part, :1]).transpose(1, 2, 0)
@@ -53,7 +53,7 @@ def _encloses(positions: npt.NDArray[np.float32], triangles: npt.NDArray[np.uint
     return bool((volumes[np.unique(part)] > 0.0).all())
 
 
-def _welded(positions: npt.NDArray[np.float32]) -> Numbers:
+def welded(positions: npt.NDArray[np.float32]) -> Numbers:
     """(n,) a number for each of (n, 3) positions, the same for equal ones, from 0 on."""
     x, y, z = (positions.T + np.float32(0.0)).view(np.uint32).astype(np.uint64)  # -0 becomes 0
     in_plane = np.unique(x << np.uint64(32) | y, return_inverse=True)[1].astype(np.uint64)
@@ -74,7 +74,7 @@ def _neighbors(corners: Numbers) -> Numbers | None:
     return neighbors.reshape(-1, 3)
 
 
-def _parts(neighbors: Numbers) -> Numbers:
+def connected_parts(neighbors: Numbers) -> Numbers:
     """(t,) the lowest triangle that each triangle is connected to, from the (t, 3) triangles across their edges.
 
     Labels are hooked to lower ones and paths shortened until nothing changes (Zhang, Azad, Hu 2020, "FastSV").

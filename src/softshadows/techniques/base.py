@@ -60,7 +60,8 @@ def _parse(option_field: Field, value: Any, owner: str) -> Any:
     error = OptionError(f"{owner}: {option_field.name} must be {legal_values(option_field)}; got {value!r}")
     if meta["choices"]:
         for choice in meta["choices"]:
-            if (value == choice and not isinstance(value, bool)) or value == str(choice):
+            same_kind = isinstance(value, bool) == isinstance(choice, bool)
+            if (value == choice and same_kind) or value in (str(choice), str(choice).lower()):
                 return choice
         raise error
     if meta["or_word"] is not None and value == meta["or_word"]:

@@ -1,0 +1,169 @@
+"""Edges of a mesh and the triangles beside them, and its objects: triangles that are connected across edges.
+
+For any triangles, closed or not. Counting all layers of surface between two points needs no closed surface: where the
+line between them passes from one side of an edge to the other, the count changes by the edge's triangles on the one
+side less those on the other (Bergeron 1986). So an edge here has one or two triangles, and one that more than two
+share is as many edges of one triangle each; their changes add up.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from weakref import WeakKeyDictionary
+
+import numpy as np
+import numpy.typing as npt
+
+from softshadows.scene.clusters import along_curve
+from softshadows.scene.model import Mesh
+from softshadows.scene.solids import connected_parts, welded
+
+Numbers = npt.NDArray[np.int64]
+Bools = npt.NDArray[np.bool_]
+
+FLATNESS = 1e-5
+"""By how much of its size a card may bend, and still be one."""
+
+
+@dataclass(frozen=True, eq=False)
+class MeshEdges:
+    """Objects one after the other; within each, edges and triangles along a space-filling curve.
+
+    vertices (e, 2) the edge's ends; triangles (e, 2) those beside it, −1 for none; is_forward (e, 2) where the triangle
+    walks from the first end to the second; edge_starts (o + 1,); order (t,) the mesh's triangles, without those that
+    have two corners at one place and those that are there twice; triangle_edges (t, 3) the edge from each corner of
+    `order` to the next; triangle_starts (o + 1,); is_closed (o,) where no edge has an odd number of triangles;
+    is_card (o,) where all triangles lie in one plane.
+    """
+
+    vertices: Numbers
+    triangles: Numbers
+    is_forward: Bools
+    edge_starts: Numbers
+    order: Numbers
+    triangle_edges: Numbers
+    triangle_starts: Numbers
+    is_closed: Bools
+    is_card: Bools
+
+
+_known: WeakKeyDictionary[Mesh, tuple[int, MeshEdges]] = WeakKeyDictionary()
+"""By mesh: a checksum of its arrays, which may be edited in place, and the answer."""
+
+
+def edges_of(mesh: Mesh) -> MeshEdges:
+    """The edges and objects of a mesh, its vertices at equal positions taken for one. Kept as long as the mesh."""
+    checksum = zlib.crc32(mesh.triangles.tobytes(), zlib.crc32(mesh.positions.tobytes()))
+    known = _known.get(mesh)
+    if known is None or known[0] != checksum:
+        known = _known[mesh] = (checksum, _find(mesh.positions, mesh.triangles.astype(np.int64)))
+    return known[1]
+
+
+def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
+    place = welded(positions)
+    vertex_at = np.zeros(int(place.max(initial=-1)) + 1, np.int64)
+    vertex_at[place[::-1]] = np.arange(len(positions))[::-1]  # the first vertex at each place
+    corners = place[triangles]
+    a, b, c = corners.T
+    kept = np.flatnonzero((a != b) & (b != c) & (c != a))
+    corners = corners[kept]
+    halves = _half_edges(corners)
+    if (halves["sharing"] > 2).any():
+        single = _first_of_equals(corners)
+        kept, corners = kept[single], corners[single]
+        halves = _half_edges(corners)
+
+    # Objects, numbered in the order of their first triangle.
+    label = connected_parts(halves["neighbor"]) if len(corners) else np.zeros(0, np.int64)
+    objects, object_of = np.unique(label, return_inverse=True)
+    is_odd = np.bincount(object_of, (halves["sharing"] % 2 == 1).any(axis=1), len(objects)) > 0
+
+    # Sort triangles and edges by object, and within it along a curve.
+    order = _sorted(positions[vertex_at[corners]].sum(axis=1), object_of)
+    first, second = halves["first"], halves["second"]
+    start = corners.reshape(-1)
+    ends = np.stack([start, np.roll(corners, -1, axis=1).reshape(-1)], axis=1)[first]
+    edge_object = object_of[first // 3]
+    edge_order = _sorted(positions[vertex_at[ends]].sum(axis=1), edge_object)
+    place_of_edge = np.empty(len(edge_order), np.int64)
+    place_of_edge[edge_order] = np.arange(len(edge_order))
+    first, second, ends = first[edge_order], second[edge_order], ends[edge_order]
+    low = ends.min(axis=1)
+    beside = np.stack([first, second], axis=1)
+    return MeshEdges(
+        vertices=vertex_at[np.sort(ends, axis=1)],
+        triangles=np.where(beside < 0, -1, kept[beside // 3]) if len(kept) else beside,
+        is_forward=start[beside] == low[:, None] if len(kept) else np.zeros((0, 2), bool),
+        edge_starts=_starts(edge_object[edge_order], len(objects)),
+        order=kept[order],
+        triangle_edges=place_of_edge[halves["edge"][order]],
+        triangle_starts=_starts(object_of[order], len(objects)),
+        is_closed=~is_odd,
+        is_card=_flat_objects(positions[vertex_at[corners]].astype(np.float64), object_of, len(objects)),
+    )
+
+
+def _half_edges(corners: Numbers) -> Mapping[str, Numbers]:
+    """How the sides of (t, 3) triangles meet: side 3 t + k runs from corner k of triangle t to the next.
+
+    edge, sharing, neighbor (t, 3): the edge of each side, how many sides lie there, a triangle across it; first, second
+    (e,): the sides of each edge, −1 for none.
+    """
+    count = int(corners.max(initial=0)) + 1
+    start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
+    key = np.minimum(start, end) * count + np.maximum(start, end)
+    order = np.argsort(key, kind="stable")
+    is_new = np.ones(len(order), bool)
+    is_new[1:] = np.diff(key[order]) != 0
+    groups = np.flatnonzero(is_new)
+    sizes = np.diff(np.append(groups, len(order)))
+    sharing = np.repeat(sizes, sizes)
+
+    heads = np.flatnonzero(is_new | (sharing != 2))  # two sides make one edge, any other number as many
+    following = np.append(order[1:], -1)[heads]
+    around = np.append(order[1:], -1)
+    around[groups + sizes - 1] = order[groups]  # the last side's neighbour is the first's
+    result = {name: np.empty(len(order), np.int64) for name in ("edge", "sharing", "neighbor")}
+    result["edge"][order] = np.cumsum(is_new | (sharing != 2)) - 1
+    result["sharing"][order] = sharing
+    result["neighbor"][order] = around // 3
+    by_triangle = {name: values.reshape(-1, 3) for name, values in result.items()}
+    return {**by_triangle, "first": order[heads], "second": np.where(sharing[heads] == 2, following, -1)}
+
+
+def _first_of_equals(corners: Numbers) -> Numbers:
+    """Triangles without repetitions of the same three corners, wound either way."""
+    low, middle, high = np.sort(corners, axis=1).T
+    pair = np.unique(low * (int(corners.max()) + 1) + middle, return_inverse=True)[1]
+    return np.sort(np.unique(pair * (int(corners.max()) + 1) + high, return_index=True)[1])
+
+
+def _sorted(points: npt.NDArray[np.float32], object_of: Numbers) -> Numbers:
+    """The order of (n, 3) points by object, and along a curve within each."""
+    if not len(points):
+        return np.zeros(0, np.int64)
+    order = along_curve(np.ascontiguousarray(points.T))
+    return order[np.argsort(object_of[order], kind="stable")]
+
+
+def _starts(object_of: Numbers, count: int) -> Numbers:
+    """(count + 1,) where each object begins in a sorted list of owners."""
+    return np.searchsorted(object_of, np.arange(count + 1))
+
+
+def _flat_objects(corner: npt.NDArray[np.float64], object_of: Numbers, count: int) -> Bools:
+    """(count,) where all of an object's triangles, corners (t, 3, 3), lie in the plane of its largest."""
+    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    area = np.linalg.norm(normal, axis=1)
+    largest = np.lexsort((area, object_of))[np.searchsorted(np.sort(object_of), np.arange(count), side="right") - 1]
+    unit = normal[largest] / np.maximum(area[largest], 1e-300)[:, None]
+    offset = corner - corner[largest, 0][object_of][:, None]
+    height = np.abs(np.einsum("tkc,tc->tk", offset, unit[object_of])).max(axis=1)
+    reach = np.linalg.norm(offset, axis=2).max(axis=1)
+    bent, size = np.zeros(count), np.zeros(count)
+    np.maximum.at(bent, object_of, height)
+    np.maximum.at(size, object_of, reach)
+    return bent <= FLATNESS * size
