@@ -23,6 +23,8 @@ from softshadows.scene.solids import connected_parts, welded
 Numbers = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
 
+SLIVER = 1e-6
+"""Height of a triangle over its longest side, below which it has no area."""
 FLATNESS = 1e-5
 """By how much of its size a card may bend, and still be one."""
 
@@ -33,9 +35,9 @@ class MeshEdges:
 
     vertices (e, 2) the edge's ends; triangles (e, 2) those beside it, −1 for none; is_forward (e, 2) where the triangle
     walks from the first end to the second; edge_starts (o + 1,); order (t,) the mesh's triangles, without those that
-    have two corners at one place and those that are there twice; triangle_edges (t, 3) the edge from each corner of
-    `order` to the next; triangle_starts (o + 1,); is_closed (o,) where no edge has an odd number of triangles;
-    is_card (o,) where all triangles lie in one plane.
+    have two corners at one place or are there twice, nor slivers that only open a seam; triangle_edges (t, 3) the edge
+    from each corner of `order` to the next; triangle_starts (o + 1,); is_closed (o,) where no edge has an odd number of
+    triangles; is_card (o,) where all triangles lie in one plane.
     """
 
     vertices: Numbers
@@ -69,12 +71,17 @@ def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
     corners = place[triangles]
     a, b, c = corners.T
     kept = np.flatnonzero((a != b) & (b != c) & (c != a))
-    corners = corners[kept]
-    halves = _half_edges(corners)
+    halves = _half_edges(corners[kept])
     if (halves["sharing"] > 2).any():
-        single = _first_of_equals(corners)
-        kept, corners = kept[single], corners[single]
-        halves = _half_edges(corners)
+        kept = kept[_first_of_equals(corners[kept])]
+        halves = _half_edges(corners[kept])
+    is_odd = halves["sharing"] % 2 == 1
+    if is_odd.any():  # a triangle without area may close a seam, or open one
+        with_area = kept[~_is_sliver(positions[triangles[kept]].astype(np.float64))]
+        others = _half_edges(corners[with_area])
+        if np.count_nonzero(others["sharing"] % 2 == 1) <= np.count_nonzero(is_odd):
+            kept, halves = with_area, others
+    corners = corners[kept]
 
     # Objects, numbered in the order of their first triangle.
     label = connected_parts(halves["neighbor"]) if len(corners) else np.zeros(0, np.int64)
@@ -91,12 +98,12 @@ def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
     place_of_edge = np.empty(len(edge_order), np.int64)
     place_of_edge[edge_order] = np.arange(len(edge_order))
     first, second, ends = first[edge_order], second[edge_order], ends[edge_order]
-    low = ends.min(axis=1)
+    ends = vertex_at[ends]
     beside = np.stack([first, second], axis=1)
     return MeshEdges(
-        vertices=vertex_at[np.sort(ends, axis=1)],
+        vertices=np.sort(ends, axis=1),
         triangles=np.where(beside < 0, -1, kept[beside // 3]) if len(kept) else beside,
-        is_forward=start[beside] == low[:, None] if len(kept) else np.zeros((0, 2), bool),
+        is_forward=vertex_at[start][beside] == ends.min(axis=1)[:, None] if len(kept) else np.zeros((0, 2), bool),
         edge_starts=_starts(edge_object[edge_order], len(objects)),
         order=kept[order],
         triangle_edges=place_of_edge[halves["edge"][order]],
@@ -139,6 +146,13 @@ def _first_of_equals(corners: Numbers) -> Numbers:
     low, middle, high = np.sort(corners, axis=1).T
     pair = np.unique(low * (int(corners.max()) + 1) + middle, return_inverse=True)[1]
     return np.sort(np.unique(pair * (int(corners.max()) + 1) + high, return_index=True)[1])
+
+
+def _is_sliver(corner: npt.NDArray[np.float64]) -> Bools:
+    """(t,) of (t, 3, 3) corners: no area to speak of."""
+    sides = corner - np.roll(corner, -1, axis=1)
+    twice_area = np.linalg.norm(np.cross(sides[:, 0], sides[:, 1]), axis=1)
+    return twice_area <= SLIVER * (sides**2).sum(axis=2).max(axis=1)
 
 
 def _sorted(points: npt.NDArray[np.float32], object_of: Numbers) -> Numbers:

@@ -13,11 +13,23 @@ from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowM
 from softshadows.techniques.none.none import Unshadowed
 from softshadows.techniques.pcf.pcf import Pcf
 from softshadows.techniques.pcss.pcss import Pcss
+from softshadows.techniques.penumbra_wedges.penumbra_wedges import PenumbraWedges
 from softshadows.techniques.uniform.uniform import Uniform
 from softshadows.techniques.vsm.vsm import Vsm
 
 TECHNIQUES: dict[str, type[Technique]] = {
-    cls.name: cls for cls in (Unshadowed, Hard, Pcf, Pcss, Vsm, Uniform, Adaptive, LineShadowMaps)
+    cls.name: cls
+    for cls in (
+        Unshadowed,
+        Hard,
+        Pcf,
+        Pcss,
+        Vsm,
+        Uniform,
+        Adaptive,
+        LineShadowMaps,
+        PenumbraWedges,
+    )
 }
 
 __all__ = [
@@ -27,6 +39,7 @@ __all__ = [
     "LineShadowMaps",
     "Pcf",
     "Pcss",
+    "PenumbraWedges",
     "Technique",
     "Uniform",
     "Unshadowed",
