@@ -11,6 +11,7 @@ from softshadows.techniques.base import Technique
 from softshadows.techniques.hard.hard import Hard
 from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMaps
 from softshadows.techniques.none.none import Unshadowed
+from softshadows.techniques.occluding_edges.occluding_edges import OccludingEdges
 from softshadows.techniques.pcf.pcf import Pcf
 from softshadows.techniques.pcss.pcss import Pcss
 from softshadows.techniques.penumbra_wedges.penumbra_wedges import PenumbraWedges
@@ -28,6 +29,7 @@ TECHNIQUES: dict[str, type[Technique]] = {
         Uniform,
         Adaptive,
         LineShadowMaps,
+        OccludingEdges,
         PenumbraWedges,
     )
 }
@@ -37,6 +39,7 @@ __all__ = [
     "Adaptive",
     "Hard",
     "LineShadowMaps",
+    "OccludingEdges",
     "Pcf",
     "Pcss",
     "PenumbraWedges",

@@ -134,11 +134,19 @@ class LineMaps:
         *,
         bias_scale: float = 1.0,
         reach: float = 1.0,
+        texels_per_pixel: float = 2.0,
     ) -> None:
         assert plan.samples <= MOST_SAMPLES
         self.plan, self._gpu = plan, gpu
         self.atlas = atlas = ShadowAtlas(
-            gpu, scene, gbuffer, plan, bias_scale=bias_scale, search_margin=reach, keeps_maps=True
+            gpu,
+            scene,
+            gbuffer,
+            plan,
+            bias_scale=bias_scale,
+            search_margin=reach,
+            keeps_maps=True,
+            texels_per_pixel=texels_per_pixel,
         )
         self._triangle_ms = scene.triangle_count / gpu.triangles_per_ms
         self._windows = gpu.storage_buffer(FACES * dtype(LineWindow).itemsize, "the windows")

@@ -1,0 +1,42 @@
+// The edge map: for every texel of a line light's rectified maps, the edges that hide a part of the light from it.
+//
+// In the low half of the word for the segment of the light after the map's sample, in the high half for the one before. A half
+// holds 0 where the texel's order is kept, and else 1 + the edge's column in its view, with EDGE_JUMPS where the map jumps in
+// depth beside the edge.
+
+//#include "../../passes/line_maps/line_map.wgsl"
+
+const AFTER = 0u;   // towards the next sample, +u: penumbrae lie at smaller u than their edges
+const BEFORE = 1u;  // towards the sample before, -u: the mirror image
+const NO_EDGE = 0u;
+const EDGE_JUMPS = 0x8000u;
+const CELLS = 64u;  // stretches of a row, each walked by one lane
+
+// 1 or -1: u, seen in the direction in which the rows of this layer are alike.
+fn direction(side: u32) -> f32 {
+    return select(1.0, -1.0, side == BEFORE);
+}
+
+fn entry_of(word: u32, side: u32) -> u32 {
+    return select(word & 0xffffu, word >> 16u, side == BEFORE);
+}
+
+// Is there a segment of the light on this side of the sample? And how long is it, in metres?
+fn has_segment(sample: u32, side: u32) -> bool {
+    return select(sample + 1u < light.sample_count, sample > 0u, side == BEFORE);
+}
+
+fn segment_length(sample: u32, side: u32) -> f32 {
+    let neighbor = select(sample + 1u, sample - 1u, side == BEFORE);
+    return abs(light_samples[neighbor].x - light_samples[sample].x);
+}
+
+// Columns of a cell of a row.
+fn cell_width(view: u32) -> u32 {
+    return (shadow_views[view].size.x + CELLS - 1u) / CELLS;
+}
+
+// The first cell of a row, where the rows of all faces of all samples follow each other.
+fn first_cell(sample: u32, number: u32) -> u32 {
+    return (sample * 2u * light.tile_size + number) * CELLS;
+}

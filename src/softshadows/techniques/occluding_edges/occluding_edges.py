@@ -1,0 +1,218 @@
+"""Occluding edges: the points in two shadow maps that cut off a fragment's view of the line light between them.
+
+Paper
+    [Reimann2016]  Reimann, Dreier, "Occluding Edges Soft Shadows", GRAPP 2016.
+
+Section map
+    [Reimann2016 §3.1]              a texel's place in the other map          -> outreach.wgsl place()
+    [Reimann2016 §3.2 strategy 1]   edges where a surface turns away          -> outreach.wgsl is_edge_by_tilt()
+    [Reimann2016 §3.2 strategy 2]   edges where the order of texels breaks    -> outreach.wgsl is_edge_by_order()
+    [Reimann2016 §3.3]              an edge for every texel in its penumbra   -> outreach.wgsl walk()
+    [Reimann2016 §3.4 substep 4.1]  umbra, penumbra or light                  -> lighting.wgsl textured_visibility()
+    [Reimann2016 §3.4 substep 4.2]  edges interpolated between rows           -> lighting.wgsl row_weights()
+    [Reimann2016 §3.4 substep 4.3]  the visible share of the light            -> share.wgsl visible_share()
+    [Reimann2016 §3.4 substep 4.4]  two edges merged                          -> share.wgsl share_in_both()
+
+Departures from the paper
+    - `penumbra="searched"` is the default: the edges only tell where to look, and everything along the row of the map
+      that lies between the fragment and the light is gathered, from both ends. `penumbra="texture"` is the paper's: one
+      edge for each texel, for every fragment that falls on it. `penumbra="seen"` keeps the one edge, but only for
+      fragments that the sample sees: no light behind receivers. Measured: docs/decisions/0012-occluding-edges.md.
+    - `samples` points of the light, 5 by default; neighbours share their maps. The paper has two.
+    - Maps are rectified: both see a plane through the light as the same row, so that the corresponding pixel is a
+      disparity, and there is no metadata map. The tilt comes from the order of texels on one surface.
+    - The outreach is a prefix minimum over each row in place of the paper's scatter, its bottleneck. Where several
+      edges reach a texel, which the paper leaves open, the outermost in the other map's order is taken.
+    - With `penumbra="texture"` a fragment that both ends see is lit, also where its texel lies in a penumbra. Two edges
+      leave what both leave (substep 4.4, which the paper leaves open), or, with "seen", what either leaves where both
+      ends see the fragment.
+    - Shares are interpolated between the rows, not positions: the same along one edge, and bounded between two.
+      `rows=4` smooths them by a cubic B-spline; the paper has `rows=2`. A search interpolates over the segments.
+    - An edge beside a jump in depth lies between the two texels, not in the nearer one's middle.
+    - Visibility only: the frame is lit by the whole light's unshadowed radiance times it, not by the two ends' (the
+      influence function f, substep 4.3, changes how a visible part is shared among them, not how large it is).
+
+Use when
+    the light is a line: `uniform` needs 17 maps and more for the accuracy of five here.
+Fails when
+    occluders are as thin as a texel of the map (scene `fence` with a low `resolution`). The paper's version,
+    `OccludingEdges.preset("paper")`, lets light through behind receivers, jumps between two objects' edges, is too
+    bright behind round objects, and fails wherever the ends do not see what the middle sees (scene `fence`).
+Inputs
+    line lights.
+Cost
+    `samples` shadow maps and as many edge maps, 8 bytes a texel; 3 look-ups per sample and pixel, and in penumbrae one
+    for every texel between fragment and light.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import ClassVar
+
+import wgpu
+
+from softshadows.errors import OptionError
+from softshadows.gpu.commands import Commands
+from softshadows.gpu.kernel import Kernel, Resource
+from softshadows.passes.gbuffer.gbuffer import FrameUniforms
+from softshadows.passes.line_maps.line_maps import LineMaps, LineState, plan_line_maps
+from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
+from softshadows.scene.geometry import Geometry
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+
+_HERE = Path(__file__).parent
+_STRUCTS = (FrameUniforms, LineState, Chunk, *SHADOW_STRUCTS)
+CELLS = 64
+"""Of a row: stretches that one lane walks (edge_map.wgsl)."""
+PENUMBRAE = ("texture", "seen", "searched")
+"""In the order of lighting.wgsl's numbers."""
+BYTES_PER_TEXEL = 4 + 4
+"""Of the depth maps and of the edge map."""
+NEAREST_OCCLUDER = 0.5
+"""Share of the receivers' distance from which on occluders' edges lie within the maps, also just out of the picture."""
+TEXELS_PER_PIXEL = 4.0
+"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0012-occluding-edges.md."""
+LOOKUPS = 3
+"""Per sample: the hard test, and the edge map on both sides."""
+
+_PRESETS = {
+    "paper": {"samples": 2, "penumbra": "texture", "rows": 2, "resolution": 800},
+}
+
+
+class OccludingEdges(Technique):
+    """Line lights by the edges that cut off a fragment's view of them. The module's text is its manual.
+
+    `OccludingEdges.preset("paper")` is the paper's own version.
+    """
+
+    name: ClassVar[str] = "occluding_edges"
+    light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
+
+    samples: int = option(default=5, help="points of the light that get a map; 2 is the paper's", low=2, high=32)
+    edges: str = option(
+        default="both",
+        help="find edges where a surface turns away, where the order of texels breaks, or both",
+        choices=("both", "order", "tilt"),
+    )
+    penumbra: str = option(
+        default="searched",
+        help="what hides the light, by all that the maps know; by the edge, where a sample sees the fragment; "
+        "by the edge at its texel, seen or not: the paper's",
+        choices=PENUMBRAE,
+    )
+    rows: int = option(default=4, help="rows of the maps that an edge is interpolated over", choices=(1, 2, 4))
+    resolution: int | str = option(
+        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
+    )
+    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    memory_budget: int = option(
+        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their edges", low=1, high=65536
+    )
+
+    @classmethod
+    def preset(cls, name: str) -> OccludingEdges:
+        """A named choice of options. Raises OptionError for an unknown name."""
+        if name not in _PRESETS:
+            raise OptionError(f"occluding_edges has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
+        return cls(**_PRESETS[name])  # type: ignore[arg-type]
+
+    def build(self, context: RenderContext) -> TechniquePass:
+        return OccludingEdgesPass(context, self)
+
+
+class OccludingEdgesPass(TechniquePass):
+    """The technique at work, one light at a time."""
+
+    def __init__(self, context: RenderContext, technique: OccludingEdges) -> None:
+        super().__init__()
+        gpu, gbuffer = context.gpu, context.gbuffer
+        self._context, self._technique = context, technique
+        plan = plan_line_maps(
+            gpu,
+            gbuffer.size,
+            technique.samples,
+            technique.resolution,
+            technique.memory_budget,
+            bytes_per_texel=BYTES_PER_TEXEL,
+        )
+        reach = 2.0 * (1.0 / NEAREST_OCCLUDER - 1.0) / (technique.samples - 1)
+        self.maps = LineMaps(
+            gpu,
+            context.scene,
+            gbuffer,
+            plan,
+            bias_scale=technique.bias_scale,
+            reach=reach,
+            texels_per_pixel=TEXELS_PER_PIXEL,
+        )
+        self.edge_map = gpu.device.create_texture(
+            size=(plan.atlas_size, plan.atlas_size, 1),
+            format="r32uint",
+            usage=wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
+        )
+        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT
+        self._dispatch = gpu.device.create_buffer(size=16, usage=usage)
+        self._cells = gpu.storage_buffer(4 * CELLS * 2 * plan.tile * plan.samples, "the rows of the maps")
+        self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + self._dispatch.size + self._cells.size
+        self._kernels = self._make_kernels()
+        self._written: tuple[tuple[Light, ...], Geometry] | None = None
+        self._count = 0
+
+    def _make_kernels(self) -> dict[str, Kernel]:
+        """By file."""
+        technique, gbuffer = self._technique, self._context.gbuffer
+        light, samples, views, atlas = (self.maps.lookup_resources[binding] for binding in range(4))
+        edges = self.edge_map.create_view()
+        receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
+
+        def kernel(name: str, groups: dict[int, dict[int, Resource]], **constants: float) -> Kernel:
+            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", _STRUCTS, groups, constants)
+
+        maps = {0: light, 1: samples, 2: views, 3: atlas}
+        return {
+            "rows": kernel("rows", {2: {0: light, 2: views}, 3: {0: self.maps.state, 1: self._dispatch}}),
+            "outreach": kernel(
+                "outreach",
+                {2: maps, 3: {0: edges, 1: self._cells}},
+                uses_tilt=technique.edges != "order",
+                uses_order=technique.edges != "tilt",
+            ),
+            "lighting": kernel(
+                "lighting",
+                {0: receivers, 2: maps, 3: {0: edges, 1: self._cells, 2: self._context.visibility}},
+                penumbra=PENUMBRAE.index(technique.penumbra),
+                edge_rows=technique.rows,
+            ),
+        }
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        written = (tuple(lights), self._context.scene.geometry)
+        if written == self._written:
+            return
+        self._written, self._count = written, len(lights)
+        if lights:
+            self.maps.set_lights([(light, layer) for layer, light in enumerate(lights)])
+        self.shadow_maps = self._technique.samples * len(lights)
+        self.lookups_per_pixel = float(LOOKUPS * self.shadow_maps)
+
+    def encode(self, commands: Commands) -> None:
+        width, height = self._context.gbuffer.size
+        gpu = self._context.gpu
+        for index in range(self._count):
+            self.maps.encode_receivers(commands, index)
+            self.maps.encode_fit(commands)
+            self.maps.encode_maps(commands)
+            with commands.compute("outreach") as compute:
+                self._kernels["rows"].begin(compute)
+                compute.dispatch_workgroups(1)
+                self._kernels["outreach"].begin(compute)
+                compute.dispatch_workgroups_indirect(self._dispatch, 0)
+            with commands.compute("lighting") as compute:
+                self._kernels["lighting"].begin(compute)
+                compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
+            commands.account(width * height * self.lookups_per_pixel / max(self._count, 1) / gpu.lookups_per_ms)

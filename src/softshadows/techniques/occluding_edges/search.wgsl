@@ -1,0 +1,117 @@
+// Everything in a row that hides a part of a segment of the light from a fragment: the edges inside the penumbra, too.
+//
+// A texel at u, closeness w, hides from a fragment at u', w' the point of the segment that lies (u - u') / (w - w') from the
+// map's sample. Walking along the row away from the fragment, what is hidden is gathered as bits, one for each part of the
+// segment. That is what the paper asks for under "Detecting Edges in the Penumbra", without further layers.
+
+// What a sample knows of a fragment: whether it sees it, and how; and where that is in the map, from its texels' centres.
+struct Look {
+    sample: u32,
+    lit: bool,
+    rectified: bool,
+    view: u32,
+    texel: vec2f,
+    position: f32,
+    closeness: f32,
+    slope: f32,  // by which the closeness of its plane changes from column to column
+    bias: f32,   // of closeness, for surfaces that curve within a texel
+};
+
+const PARTS = 128u;
+// From the middle of a surface's last texel to its border. Half a texel in one map; but what either of a segment's two maps
+// hides is hidden, and the larger one of two that err by up to half a texel is a sixth too large. Measured between that and
+// none: docs/decisions/0012-occluding-edges.md.
+const EDGE_TEXELS = 0.36;
+const ALL = vec4u(0xffffffffu);
+
+// Bits `low` to `high` - 1 of 32, for any numbers.
+fn bits_between(low: i32, high: i32) -> u32 {
+    let first = clamp(low, 0, 32);
+    let count = clamp(high, first, 32) - first;
+    if count == 0 {
+        return 0u;
+    }
+    return (0xffffffffu >> u32(32 - count)) << u32(first);
+}
+
+// The parts whose middles lie between two shares of the segment.
+fn parts_between(low: f32, high: f32) -> vec4u {
+    let first = i32(ceil(clamp(low, 0.0, 1.0) * f32(PARTS) - 0.5));
+    let end = i32(ceil(clamp(high, 0.0, 1.0) * f32(PARTS) - 0.5));
+    return vec4u(
+        bits_between(first, end),
+        bits_between(first - 32, end - 32),
+        bits_between(first - 64, end - 64),
+        bits_between(first - 96, end - 96),
+    );
+}
+
+// The number of a view's row among the rows of all of its sample's faces.
+fn row_number(view: u32, row: u32) -> u32 {
+    var number = row;
+    for (var other = view - view % FACES; other < view; other++) {
+        number += shadow_views[other].size.y;
+    }
+    return number;
+}
+
+// The parts of the segment beyond `look`'s sample that something in its map hides, as bits counted from that sample.
+//
+// Of the two rows that the fragment lies between, `row_choice` from 0 to 1 says which one is searched: 0.5 for the nearest.
+// Spread over the segments of the light, the choices interpolate between the rows.
+fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
+    let width = i32(shadow_views[look.view].size.x);
+    let row = u32(clamp(i32(floor(look.texel.y + row_choice)), 0, i32(shadow_views[look.view].size.y) - 1));
+    let is_own_row = row == u32(round(look.texel.y));
+    let cell = i32(cell_width(look.view));
+    let cell_base = first_cell(look.sample, row_number(look.view, row));
+    let forth = i32(direction(side));
+    let reach = segment_length(look.sample, side) * shadow_views[look.view].texels_per_unit.x;
+
+    var hidden = vec4u(0u);
+    var column = clamp(i32(round(look.texel.x)), 0, width - 1);
+    var last_end = 0.0;  // up to which share the texel before hid the segment; negative where it did not
+    if look.lit && is_own_row {
+        column += forth;  // its own texel is the hard test's business
+        last_end = -1.0;
+    }
+    while column >= 0 && column < width && any(hidden != ALL) {
+        // A cell of which nothing is close enough to be between the fragment and the segment is passed at once.
+        let ahead = f32(forth) * (f32(column) - look.texel.x);
+        let in_cell = column / cell;
+        if (cells[cell_base + u32(in_cell)] - look.closeness) * reach <= ahead - 1.0 {
+            column = select(in_cell * cell - 1, (in_cell + 1) * cell, forth > 0);
+            last_end = -1.0;
+            continue;
+        }
+        let closer = map_closeness(look.view, vec2u(u32(column), row)) - look.closeness;
+        let moves = closer * reach;
+        let is_before_plane = closer > look.slope * (f32(column) - look.texel.x) + look.bias;
+        if is_before_plane && moves > ahead - 1.0 && moves > 0.0 {
+            let end = (ahead + EDGE_TEXELS) / moves;
+            let start = (ahead - EDGE_TEXELS) / moves;
+            // Neighbours that both hide something are one surface, however steep.
+            let joined = select(start, min(start, last_end), last_end >= 0.0);
+            hidden |= parts_between(joined, max(end, last_end));
+            last_end = end;
+        } else {
+            last_end = -1.0;
+        }
+        column += forth;
+    }
+    if last_end >= 0.0 {
+        hidden |= parts_between(last_end, 1.0);  // what hides the segment at the map's border goes on beyond it
+    }
+    return hidden;
+}
+
+// The same parts, counted from the segment's other end.
+fn from_other_end(parts: vec4u) -> vec4u {
+    return reverseBits(parts.wzyx);
+}
+
+// How much of the segment is neither in `first` nor in `second`.
+fn share_of_rest(first: vec4u, second: vec4u) -> f32 {
+    let count = countOneBits(first | second);
+    return 1.0 - f32(count.x + count.y + count.z + count.w) / f32(PARTS);
+}
