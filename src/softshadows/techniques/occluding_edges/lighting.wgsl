@@ -29,7 +29,9 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / view.texels_per_unit;
     let texel = (sight.position - view.window_low) * view.texels_per_unit - 0.5;
-    let beside = plane_closeness(light, sight.plane_normal, sight.plane_offset, sight.position + vec2f(texel_extent.x, 0.0));
+    let in_next_column = sight.position + vec2f(texel_extent.x, 0.0);
+    let plane_there = plane_closeness(light, sight.plane_normal, sight.plane_offset, in_next_column);
+    let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
     return Look(
         sample,
         sight_is_lit(sight),
@@ -38,8 +40,8 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
         texel,
         sight.position.x,
         sight.closeness,
-        beside - sight.closeness,
-        light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y)),
+        plane_there - sight.closeness,
+        light.bias_scale * CURVATURE_BIAS_TEXELS * texel_closeness,
     );
 }
 
@@ -53,7 +55,8 @@ fn row_weights(along: f32) -> vec4f {
         return vec4f(0.0, 1.0 - along, along, 0.0);
     }
     let back = 1.0 - along;
-    let inner = vec2f(4.0 - 6.0 * along * along + 3.0 * along * along * along, 4.0 - 6.0 * back * back + 3.0 * back * back * back);
+    let distances = vec2f(along, back);
+    let inner = 4.0 + distances * distances * (3.0 * distances - 6.0);
     return vec4f(back * back * back, inner, along * along * along) / 6.0;
 }
 
@@ -68,10 +71,11 @@ fn share_before(entry: u32, look: Look, row: u32, side: u32) -> f32 {
     return visible_share(ahead, edge_closeness - look.closeness, segment_length(look.sample, side));
 }
 
-fn lit_part(look: Look, side: u32) -> Part {
+// What the edge at the texel of the fragment, or `beside` it, leaves of the segment.
+fn lit_part(look: Look, side: u32, beside: i32) -> Part {
     let view = shadow_views[look.view];
     let last = vec2i(view.size) - 1;
-    let column = clamp(i32(round(look.texel.x)), 0, last.x);
+    let column = clamp(i32(round(look.texel.x)) + beside, 0, last.x);
     let first_row = i32(floor(look.texel.y)) - 1;
     let weights = row_weights(fract(look.texel.y));
     var weight = 0.0;
@@ -87,19 +91,18 @@ fn lit_part(look: Look, side: u32) -> Part {
     return Part(weight > 0.0, select(1.0, share / max(weight, 1e-6), weight > 0.0));
 }
 
-// A fragment that only one end sees, though no edge is known: it lies within a texel of an end of the penumbra. Whether the
-// texel shows the occluder says of which.
-fn share_within_texel(look: Look) -> f32 {
-    let size = vec2f(shadow_views[look.view].size);
-    let texel = vec2u(clamp(round(look.texel), vec2f(0.0), size - 1.0));
-    return select(1.0, 0.0, map_closeness(look.view, texel) > look.closeness);
-}
-
-fn seen_share(look: Look, part: Part) -> f32 {
-    if part.found {
-        return part.share;
+// For a fragment that only one end sees. Where its texel has no edge it lies within a texel of an end of the penumbra.
+fn seen_share(look: Look, side: u32) -> f32 {
+    let own = lit_part(look, side, 0);
+    if own.found {
+        return own.share;
     }
-    return share_within_texel(look);
+    let onward = lit_part(look, side, 1);
+    let back = lit_part(look, side, -1);
+    if onward.found && back.found {
+        return 0.5 * (onward.share + back.share);
+    }
+    return select(back.share, onward.share, onward.found);
 }
 
 fn has_edge(look: Look, side: u32) -> bool {
@@ -123,13 +126,13 @@ fn searched_visibility(first: Look, second: Look) -> f32 {
 // Only what a sample sees lies in its penumbrae.
 fn seen_visibility(first: Look, second: Look) -> f32 {
     if first.lit && second.lit {
-        return share_in_either(lit_part(first, AFTER).share, lit_part(second, BEFORE).share);
+        return share_in_either(lit_part(first, AFTER, 0).share, lit_part(second, BEFORE, 0).share);
     }
     if first.lit {
-        return seen_share(first, lit_part(first, AFTER));
+        return seen_share(first, AFTER);
     }
     if second.lit {
-        return seen_share(second, lit_part(second, BEFORE));
+        return seen_share(second, BEFORE);
     }
     return 0.0;
 }
@@ -140,9 +143,10 @@ fn other_sees_texel(look: Look, other: Look, side: u32) -> bool {
     let last = vec2f(shadow_views[look.view].size) - 1.0;
     let texel = clamp(round(look.texel), vec2f(0.0), last);
     let closeness = map_closeness(look.view, vec2u(texel));
-    let reach = segment_length(look.sample, side) * shadow_views[look.view].texels_per_unit.x;
-    let moved = (column_position(look.view, texel.x) - column_position(other.view, 0.0)) * shadow_views[look.view].texels_per_unit.x
-        - direction(side) * reach * closeness;
+    let texels_per_unit = shadow_views[look.view].texels_per_unit.x;
+    let reach = segment_length(look.sample, side) * texels_per_unit;
+    let apart = column_position(look.view, texel.x) - column_position(other.view, 0.0);
+    let moved = apart * texels_per_unit - direction(side) * reach * closeness;
     let there = map_closeness(other.view, vec2u(vec2f(clamp(round(moved), 0.0, last.x), texel.y)));
     return (there - closeness) * reach <= SEEN_TEXELS;
 }
@@ -153,8 +157,8 @@ fn textured_visibility(first: Look, second: Look) -> f32 {
     if first.lit || second.lit {
         return select(seen_visibility(first, second), 1.0, first.lit && second.lit);
     }
-    var from_first = lit_part(first, AFTER);
-    var from_second = lit_part(second, BEFORE);
+    var from_first = lit_part(first, AFTER, 0);
+    var from_second = lit_part(second, BEFORE, 0);
     from_first.found = from_first.found && !other_sees_texel(first, second, AFTER);
     from_second.found = from_second.found && !other_sees_texel(second, first, BEFORE);
     if !from_first.found && !from_second.found {

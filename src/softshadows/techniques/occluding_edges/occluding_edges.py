@@ -161,7 +161,7 @@ class OccludingEdgesPass(TechniquePass):
         self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + self._dispatch.size + self._cells.size
         self._kernels = self._make_kernels()
         self._written: tuple[tuple[Light, ...], Geometry] | None = None
-        self._count = 0
+        self.lights: tuple[Light, ...] = ()
 
     def _make_kernels(self) -> dict[str, Kernel]:
         """By file."""
@@ -194,7 +194,7 @@ class OccludingEdgesPass(TechniquePass):
         written = (tuple(lights), self._context.scene.geometry)
         if written == self._written:
             return
-        self._written, self._count = written, len(lights)
+        self._written, self.lights = written, tuple(lights)
         if lights:
             self.maps.set_lights([(light, layer) for layer, light in enumerate(lights)])
         self.shadow_maps = self._technique.samples * len(lights)
@@ -203,7 +203,7 @@ class OccludingEdgesPass(TechniquePass):
     def encode(self, commands: Commands) -> None:
         width, height = self._context.gbuffer.size
         gpu = self._context.gpu
-        for index in range(self._count):
+        for index in range(len(self.lights)):
             self.maps.encode_receivers(commands, index)
             self.maps.encode_fit(commands)
             self.maps.encode_maps(commands)
@@ -215,4 +215,4 @@ class OccludingEdgesPass(TechniquePass):
             with commands.compute("lighting") as compute:
                 self._kernels["lighting"].begin(compute)
                 compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
-            commands.account(width * height * self.lookups_per_pixel / max(self._count, 1) / gpu.lookups_per_ms)
+            commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
