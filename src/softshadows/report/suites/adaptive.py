@@ -229,9 +229,13 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
 
 
 def render_in_turns(
-    shot: Shot, techniques: Sequence[Technique], settings: Settings, notice: Notice
+    shot: Shot,
+    techniques: Sequence[Technique],
+    settings: Settings,
+    notice: Notice,
+    modes: Sequence[str] = (REDRAWN, KEPT),
 ) -> tuple[list[Run], list[str]]:
-    """Every technique's frames, timed in both modes in turns; and in sentences which techniques could not run."""
+    """Every technique's frames, timed in the modes in turns; and in sentences which techniques could not run."""
     runs: list[Run] = []
     failed: list[str] = []
     lights, right = list(shot.scene.lights), np.array(shot.camera.axes[0])
@@ -253,7 +257,7 @@ def render_in_turns(
             for run in runs:
                 run.render(REDRAWN, shot.camera)
         keeping = [run for run in runs if getattr(run.technique, "resolution", None) != "auto"]
-        turns = SETTLING + settings.repeats if keeping else 0
+        turns = SETTLING + settings.repeats if keeping and KEPT in modes else 0
         for turn in range(1, turns + 1):
             notice(f"maps kept, frame {turn} of {turns}", 0.5 + 0.5 * turn / (turns + 1))
             camera = _shifted(shot.camera, turn % 2 * CAMERA_STEP * right)
@@ -287,18 +291,18 @@ class FacingSurfaces:
     surface: npt.NDArray[np.bool_]
 
 
-def trace(shot: Shot, held: Yardstick) -> Rays:
-    """What RAYS shadow rays per facing pixel cost and how far they are from the truth."""
+def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
+    """What so many shadow rays per facing pixel cost and how far they are from the truth."""
     mask = held.reference.mask
     seen = FacingSurfaces(held.frame.position, held.frame.normal, np.asarray(mask.any(axis=0)))
     errors, seconds = [], []
-    for samples in RAYS:
+    for samples in counts:
         started = time.perf_counter()
         visibility = truth.visibility(shot.scene, seen, samples=samples, seed=RAY_SEED)
         seconds.append(time.perf_counter() - started)
         compared = [metrics.compare(*light) for light in zip(visibility, held.reference.visibility, mask, strict=True)]
         errors.append(_mean(compared, "rmse"))
-    return Rays(list(RAYS), errors, seconds)
+    return Rays(list(counts), errors, seconds)
 
 
 def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:

@@ -1,0 +1,212 @@
+"""Line lights: two and more point lights, soft shadow maps, occluding edges, the truth and rays, after the two papers.
+
+Views: `figures`, `fence`, `sphere_cube` and `atrium` under a line light; where $SOFTSHADOWS_SCENES is set, real scenes
+with their own line lights. Then what occluding edges cost: "resolution", with maps of 200² to 2000² texels (figure 9 of
+their paper), and "triangles N", over the number of triangles.
+
+All maps are drawn in every frame, since the light moves by a micrometre. Techniques take turns. A technique's figures:
+
+rmse_truth, penumbra_rmse_truth   to the truth: over facing pixels, and over those in penumbra
+leak_rate                         share of umbra pixels with visibility above 0.1
+time_over_hard                    wall time of a frame over that of two hard shadows, from the light's ends, at the same
+                                  resolution where that is fixed
+outreach_share                    share of GPU time that occluding edges spend on their outreach; None for others
+equal_uniform                     evenly spaced point lights that have the same rmse, interpolated; None without them
+equal_rays                        stratified shadow rays per facing pixel with the same rmse
+equal_uniform_bound, equal_rays_bound   "at most" or "at least", where that lies beyond those measured
+redrawn                           median wall_ms, gpu_ms by pass
+
+A picture's figure `rays` holds samples, rmse and seconds of every number of rays, 10 and 200 among them.
+"""
+
+from __future__ import annotations
+
+import os
+import statistics
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from softshadows.errors import SceneError
+from softshadows.report.compare import file_stem
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, yardstick
+from softshadows.report.pictures import png
+from softshadows.report.results import write_bytes
+from softshadows.report.suites.adaptive import REDRAWN, Rays, Run, render_in_turns, trace
+from softshadows.report.suites.baselines import SCENES_VARIABLE, SIZE
+from softshadows.scene import builtin
+from softshadows.scene.lights import LineLight
+from softshadows.scene.model import Scene
+from softshadows.scene.shot import Shot, open_shot
+from softshadows.techniques import LineShadowMaps, OccludingEdges, Technique, Uniform
+
+if TYPE_CHECKING:
+    from softshadows.report.suites import Settings
+
+BUILTIN = ("figures", "fence", "sphere_cube", "atrium")
+SHOTS = ("chair_line", "bike_line", "classroom_tube")
+POINT_LIGHTS = (2, 3, 5, 9, 17, 33)
+"""Evenly spaced on the line, its ends included."""
+RAYS = (2, 4, 10, 25, 50, 100, 200)
+"""10 and 200 are those of Heidrich et al.'s comparison."""
+RESOLUTIONS = (200, 500, 800, 1200, 1600, 2000)
+"""Reimann and Dreier's figure 9 runs from 200 to 2000."""
+SPHERES = (1, 2, 5, 11)
+"""Along each side of the cube: 10³ to 10⁶ triangles."""
+
+
+@dataclass(frozen=True)
+class View:
+    """A shot, and its techniques; each is timed against the first before it of two point lights."""
+
+    name: str
+    open: Callable[[], Shot]
+    techniques: list[Technique]
+
+
+def run(settings: Settings, notice: Notice) -> list[Measurement]:
+    """Line lights: point lights, soft shadow maps and occluding edges against the truth, and what edges cost."""
+    chosen = list(views())
+    measurements = []
+    for index, view in enumerate(chosen):
+
+        def within(doing: str, share: float, index: int = index, name: str = view.name) -> None:
+            notice(f"{name}: {doing}", (index + share) / len(chosen))
+
+        within("opening", 0.0)
+        measurements.append(measure_view(view, settings, within))
+    return measurements
+
+
+def views() -> Iterator[View]:
+    """The comparisons, then the costs; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
+    for name in BUILTIN:
+        yield View(name, partial(_under_a_line, name, getattr(builtin, name)()), methods())
+    for file in _shots():
+        yield View(file.stem, partial(open_shot, str(file)), methods())
+    by_resolution: list[Technique] = []
+    for resolution in RESOLUTIONS:
+        by_resolution += [_point_lights(2, resolution), replace(OccludingEdges.preset("paper"), resolution=resolution)]
+    yield View("resolution", partial(_under_a_line, "resolution", builtin.figures()), by_resolution)
+    for count in SPHERES:
+        scene = builtin.sphere_cube(count)
+        edges = OccludingEdges.preset("paper")
+        yield View(
+            f"triangles {scene.triangle_count}",
+            partial(_under_a_line, f"triangles {scene.triangle_count}", scene),
+            [_point_lights(2, edges.resolution), edges],
+        )
+
+
+def methods() -> list[Technique]:
+    """Point lights, and both methods with two and three samples and mended."""
+    return [
+        *(_point_lights(count) for count in POINT_LIGHTS),
+        LineShadowMaps.preset("paper"),
+        replace(LineShadowMaps.preset("paper"), samples=3),
+        LineShadowMaps(),
+        OccludingEdges.preset("paper"),
+        replace(OccludingEdges.preset("paper"), samples=3),
+        OccludingEdges(),
+        OccludingEdges(samples=9),
+    ]
+
+
+def _point_lights(count: int, resolution: int | str = "auto") -> Technique:
+    return Uniform(grid=count, resolution=resolution)
+
+
+def _shots() -> list[Path]:
+    folder = os.environ.get(SCENES_VARIABLE)
+    if not folder:
+        return []
+    files = [Path(folder, "shots", f"{name}.toml") for name in SHOTS]
+    found = [file for file in files if file.exists()]
+    if not found:
+        raise SceneError(
+            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(SHOTS)}}}.toml",
+            code="SCENE_UNKNOWN",
+            file=folder,
+        )
+    return found
+
+
+def _under_a_line(name: str, scene: Scene) -> Shot:
+    """The scene under a line as long as its light is wide, and as bright in all."""
+    light = scene.lights[0]
+    reach = light.axes[0] * light.half_extent[0]
+    height = 2.0 * light.half_extent[1]
+    emission = tuple(height * channel for channel in light.emission)
+    start, end = (tuple((light.center + side * reach).tolist()) for side in (-1.0, 1.0))
+    scene.lights = [LineLight(start, end, emission)]  # type: ignore[arg-type]
+    assert scene.camera is not None
+    return Shot(name, scene, scene.camera, SIZE)
+
+
+def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
+    """All figures of a view; writes its pictures. What the adapter cannot do is left out and named."""
+    shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
+    held = yardstick(shot, settings.samples, notice)
+    notice("tracing shadow rays", 0.15)
+    rays = trace(shot, held, RAYS)
+    runs, skipped = render_in_turns(shot, view.techniques, replace(settings, folder=None), notice, modes=(REDRAWN,))
+    results = [_result(run, _baseline(run, runs), held) for run in runs]
+    plain = _plain(results)
+    for result in results:
+        error = result.figures["rmse_truth"]
+        equal, bound = plain.equal_to(error) if plain else (None, None)
+        result.figures["equal_uniform"], result.figures["equal_uniform_bound"] = equal, bound
+        result.figures["equal_rays"], result.figures["equal_rays_bound"] = rays.equal_to(error)
+    if settings.folder is not None:
+        write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
+        for result in results:
+            write_bytes(png(result.picture), settings.folder / view.name / f"{file_stem(result.label)}.png")
+    series = [
+        {"samples": n, "rmse": rmse, "seconds": seconds}
+        for n, rmse, seconds in zip(rays.samples, rays.rmse, rays.seconds, strict=True)
+    ]
+    return Measurement(shot, held.reference, results, skipped, {"rays": series})
+
+
+def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
+    """Two point lights at the technique's resolution, or at the automatic one."""
+    pairs = [other for other in runs if isinstance(other.technique, Uniform) and other.technique.grid == 2]
+    same = [other for other in pairs if other.technique.resolution == getattr(run.technique, "resolution", None)]  # type: ignore[attr-defined]
+    return next(iter(same or pairs), None)
+
+
+def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
+    redrawn = run.timings(REDRAWN)
+    assert redrawn is not None
+    hard = baseline.timings(REDRAWN) if baseline else None
+    result = held.result(run.technique, run.frame, redrawn["wall_ms"])
+    result.stats["gpu_ms"] = redrawn["gpu_ms"]
+    gpu_ms = sum(redrawn["gpu_ms"].values())
+    outreach = redrawn["gpu_ms"].get("outreach")
+
+    def mean(name: str) -> float:
+        return statistics.fmean(getattr(comparison, name) for comparison in result.comparisons)
+
+    figures: dict[str, Any] = {
+        "rmse_truth": mean("rmse"),
+        "penumbra_rmse_truth": mean("penumbra_rmse"),
+        "leak_rate": mean("leak_rate"),
+        "time_over_hard": redrawn["wall_ms"] / hard["wall_ms"] if hard else None,
+        "outreach_share": outreach / gpu_ms if outreach and gpu_ms else None,
+        REDRAWN: redrawn,
+    }
+    result.figures = figures
+    return result
+
+
+def _plain(results: Sequence[Result]) -> Rays | None:
+    """The errors of point lights by their number, where there are several numbers of them."""
+    found = {
+        result.technique.grid: result.figures["rmse_truth"]
+        for result in results
+        if isinstance(result.technique, Uniform) and result.technique.resolution == "auto"
+    }
+    counts = sorted(found)
+    return Rays(counts, [found[count] for count in counts], [0.0] * len(counts)) if len(counts) > 1 else None
