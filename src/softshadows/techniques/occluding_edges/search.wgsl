@@ -99,9 +99,6 @@ fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
         }
         column += forth;
     }
-    if last_end >= 0.0 {
-        hidden |= parts_between(last_end, 1.0);  // what hides the segment at the map's border goes on beyond it
-    }
     return hidden;
 }
 
