@@ -1,4 +1,4 @@
-"""Edges of a mesh and the triangles beside them, and its objects: triangles that are connected across edges.
+"""Edges of a mesh and the triangles beside them, and its objects: triangles that are connected by common vertices.
 
 For any triangles, closed or not. Counting all layers of surface between two points needs no closed surface: where the
 line between them passes from one side of an edge to the other, the count changes by the edge's triangles on the one
@@ -84,7 +84,7 @@ def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
     corners = corners[kept]
 
     # Objects, numbered in the order of their first triangle.
-    label = connected_parts(halves["neighbor"]) if len(corners) else np.zeros(0, np.int64)
+    label = connected_parts(_neighbors(corners)) if len(corners) else np.zeros(0, np.int64)
     objects, object_of = np.unique(label, return_inverse=True)
     is_odd = np.bincount(object_of, (halves["sharing"] % 2 == 1).any(axis=1), len(objects)) > 0
 
@@ -116,8 +116,8 @@ def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
 def _half_edges(corners: Numbers) -> Mapping[str, Numbers]:
     """How the sides of (t, 3) triangles meet: side 3 t + k runs from corner k of triangle t to the next.
 
-    edge, sharing, neighbor (t, 3): the edge of each side, how many sides lie there, a triangle across it; first, second
-    (e,): the sides of each edge, −1 for none.
+    edge, sharing (t, 3): the edge of each side, how many sides lie there; first, second (e,): the sides of each edge,
+    −1 for none.
     """
     count = int(corners.max(initial=0)) + 1
     start, end = corners.reshape(-1), np.roll(corners, -1, axis=1).reshape(-1)
@@ -131,14 +131,30 @@ def _half_edges(corners: Numbers) -> Mapping[str, Numbers]:
 
     heads = np.flatnonzero(is_new | (sharing != 2))  # two sides make one edge, any other number as many
     following = np.append(order[1:], -1)[heads]
-    around = np.append(order[1:], -1)
-    around[groups + sizes - 1] = order[groups]  # the last side's neighbour is the first's
-    result = {name: np.empty(len(order), np.int64) for name in ("edge", "sharing", "neighbor")}
-    result["edge"][order] = np.cumsum(is_new | (sharing != 2)) - 1
-    result["sharing"][order] = sharing
-    result["neighbor"][order] = around // 3
-    by_triangle = {name: values.reshape(-1, 3) for name, values in result.items()}
-    return {**by_triangle, "first": order[heads], "second": np.where(sharing[heads] == 2, following, -1)}
+    edge, sharing_of_side = np.empty((2, len(order)), np.int64)
+    edge[order] = np.cumsum(is_new | (sharing != 2)) - 1
+    sharing_of_side[order] = sharing
+    return {
+        "edge": edge.reshape(-1, 3),
+        "sharing": sharing_of_side.reshape(-1, 3),
+        "first": order[heads],
+        "second": np.where(sharing[heads] == 2, following, -1),
+    }
+
+
+def _neighbors(corners: Numbers) -> Numbers:
+    """(t, 3) for each corner of a triangle the next triangle around its vertex: in the end, all of them in a circle.
+
+    Across T-junctions triangles share no edge, but a vertex.
+    """
+    order = np.argsort(corners.reshape(-1), kind="stable")
+    vertex = corners.reshape(-1)[order]
+    first = np.searchsorted(vertex, vertex)
+    is_last = np.append(vertex[1:] != vertex[:-1], True)
+    following = np.append(order[1:], 0)
+    neighbors = np.empty(len(order), np.int64)
+    neighbors[order] = np.where(is_last, order[first], following) // 3
+    return neighbors.reshape(-1, 3)
 
 
 def _first_of_equals(corners: Numbers) -> Numbers:

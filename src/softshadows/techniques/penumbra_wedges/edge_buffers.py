@@ -1,6 +1,6 @@
 """The scene's edges and objects on the GPU: written when the scene changes, whatever the lights do.
 
-An object is what hides the light as one: the triangles of a node that are connected across edges. A closed one is one
+An object is what hides the light as one: the triangles of a node that are connected. A closed one is one
 silhouette. Any other is two, its triangles that turn their front to the light and those that turn their back: each of
 the two is a sheet, and for a flat card one of them is empty.
 """

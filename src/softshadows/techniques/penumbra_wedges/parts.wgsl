@@ -21,7 +21,6 @@ struct Part {
     area_sum: i32,     // share and moments while edges are added
     moment_sum: vec2i,
     corners: vec4f,    // winding numbers of (0, 0), (1, 0), (0, 1), (1, 1)
-    outer_low: vec2f,  // lowest ends of outer edges
     has_inner: bool,
 };
 
@@ -29,7 +28,7 @@ var<private> silhouette: array<Part, PARTS>;
 var<private> combined: array<Part, PARTS>;
 
 fn empty_part() -> Part {
-    return Part(0.0, vec2f(1.0), vec2f(0.0), vec2f(0.0), 0, vec2i(0), vec4f(0.0), vec2f(1.0), false);
+    return Part(0.0, vec2f(1.0), vec2f(0.0), vec2f(0.0), 0, vec2i(0), vec4f(0.0), false);
 }
 
 fn begin_silhouette(winding: f32) {
@@ -70,20 +69,18 @@ fn add_chord(k: u32, chord: Chord, weight: f32, is_inner: bool) {
     if uses_gravity {
         silhouette[k].moment_sum -= vec2i(round(weight * moment_beyond(chord) * WHOLE));
     }
-    let low = min(chord.start, chord.end);
-    silhouette[k].low = min(silhouette[k].low, low);
+    silhouette[k].low = min(silhouette[k].low, min(chord.start, chord.end));
     silhouette[k].high = max(silhouette[k].high, max(chord.start, chord.end));
     if exact_rectangles {
         silhouette[k].corners -= weight * vec4f(0.0, chord.crosses_x, chord.crosses_y, crosses_diagonal(chord));
-    } else if is_inner {
-        silhouette[k].has_inner = true;
     } else {
-        silhouette[k].outer_low = min(silhouette[k].outer_low, low);
+        silhouette[k].has_inner |= is_inner;
     }
 }
 
-// The rectangle around the occluded region of the silhouette at hand. The paper takes the lowest ends of outer edges and the
-// highest of all, which may miss a corner of the quarter; the exact one adds those corners that are occluded.
+// The rectangle around the occluded region of the silhouette at hand. The paper's reaches from the lowest end of an edge, or from
+// the centre where that is hidden, to the highest, or to the light's border without inner edges. It misses a corner of the quarter
+// that is hidden without an edge there; the exact one adds those.
 fn finish_rectangle(k: u32) {
     let part = silhouette[k];
     if exact_rectangles {
@@ -96,7 +93,7 @@ fn finish_rectangle(k: u32) {
         silhouette[k].high = max(part.high, vec2f(high_x, high_y));
         return;
     }
-    silhouette[k].low = select(part.outer_low, vec2f(0.0), part.corners.x > 0.5);
+    silhouette[k].low = select(part.low, vec2f(0.0), part.corners.x > 0.5);
     silhouette[k].high = select(vec2f(1.0), part.high, part.has_inner);
 }
 
