@@ -1,11 +1,13 @@
-// Where two segments are too few: samples inserted where hard tests of three neighbouring samples contradict each other.
+// Where two samples know too little of what lies between them: samples inserted where the one in their middle contradicts them.
 //
-// A pixel that sees both outer samples but not the middle one, or the middle one but neither outer, tells that the outer
-// two do not know what lies between them. Where too many pixels say so, both halves get a sample in their middle.
+// A pixel that sees both outer samples but not the middle one, or the middle one but neither outer, has a shadow or a gap
+// between them. If the rows of the outer maps do not show it either, they say something else of the middle than it sees itself.
+// Where too many pixels say so, both halves get a sample in their middle.
 
 //#include "receiver.wgsl"
 //#include "../../passes/line_maps/line_map.wgsl"
 //#include "control.wgsl"
+//#include "gaps.wgsl"
 //#struct Halving
 
 @group(1) @binding(0) var<storage, read_write> control: Control;
@@ -13,18 +15,42 @@
 @group(1) @binding(2) var<storage, read_write> requests: array<u32>;
 @group(1) @binding(3) var<uniform> halving: Halving;
 
-override tolerance: f32;  // of the pixels tested
+override tolerance: f32;      // of the pixels tested
+override knows_rows: bool;    // visibility takes what the rows show into account
 
-const PIXEL_STEP = 2u;    // of the picture, every second pixel along each side is asked
+const PIXEL_STEP = 4u;    // of the picture, every fourth pixel along each side is asked
 const TESTED = 31u;
+const NEAREST = 1e9;         // closeness: the rows are followed to their ends
+const MIDDLE_BINS = 3u << (BINS / 2u - 1u);
 
 @compute @workgroup_size(1)
 fn cs_begin() {
     control.samples = requests[0];
 }
 
-fn is_seen(sample: u32, receiver: LightReceiver) -> bool {
-    return sight_is_lit(line_sight(sample, receiver));
+// Do the rows of the outer maps show that the middle is hidden from the receiver? 1 yes, 0 no, 0.5 at its border.
+fn hidden_in_rows(start: Sight, end: Sight, length: f32) -> f32 {
+    let hidden = hidden_bins(start, length, 1.0, NEAREST).bins | reverseBits(hidden_bins(end, length, -1.0, NEAREST).bins);
+    return 0.5 * f32(countOneBits(hidden & MIDDLE_BINS));
+}
+
+// Do the outer samples know otherwise of the middle than it sees itself?
+fn is_contradicted(middle: u32, step: u32, receiver: LightReceiver) -> bool {
+    let start = line_sight(middle - step, receiver);
+    let end = line_sight(middle + step, receiver);
+    let outer_are_seen = sight_is_lit(start);
+    if outer_are_seen != sight_is_lit(end) {
+        return false;
+    }
+    let middle_is_seen = sight_is_lit(line_sight(middle, receiver));
+    if outer_are_seen == middle_is_seen {
+        return false;
+    }
+    if !knows_rows || !is_rectified(start) || !is_rectified(end) {
+        return true;
+    }
+    let length = light_samples[middle + step].x - light_samples[middle - step].x;
+    return hidden_in_rows(start, end, length) == select(0.0, 1.0, middle_is_seen);
 }
 
 @compute @workgroup_size(8, 8)
@@ -44,8 +70,7 @@ fn cs_test(@builtin(global_invocation_id) id: vec3u) {
         if ((control.samples >> middle) & 1u) == 0u {
             continue;
         }
-        let before = is_seen(middle - step, receiver);
-        if before == is_seen(middle + step, receiver) && before != is_seen(middle, receiver) {
+        if is_contradicted(middle, step, receiver) {
             atomicAdd(&contradictions[middle / (2u * step)], 1u);
         }
     }

@@ -42,7 +42,7 @@ from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, Soft
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 
 _PRESETS = {
-    "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all"},
+    "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all", "gaps": "none"},
 }
 
 
@@ -76,6 +76,11 @@ class LineShadowMaps(Technique):
         help="what sees both ends of a segment sees what its channels say, or all of it, as the paper assumes",
         choices=("channels", "all"),
     )
+    gaps: str = option(
+        default="rows",
+        help="light that neither end of a segment sees: looked for along the maps' rows, or none, as in the paper",
+        choices=("rows", "none"),
+    )
     threshold: float = option(
         default=1.0, help="the least depth of a discontinuity, in texels of its distance", low=0.1, high=1000.0
     )
@@ -95,10 +100,10 @@ class LineShadowMaps(Technique):
         return cls(**_PRESETS[name])
 
     def build(self, context: RenderContext) -> TechniquePass:
-        return _LineShadowMapsPass(context, self)
+        return LineShadowMapsPass(context, self)
 
 
-class _LineShadowMapsPass(TechniquePass):
+class LineShadowMapsPass(TechniquePass):
     """One SoftMaps for lights with a length, one with a single map for those without."""
 
     def __init__(self, context: RenderContext, technique: LineShadowMaps) -> None:
@@ -110,7 +115,7 @@ class _LineShadowMapsPass(TechniquePass):
         )
         self._soft_maps: dict[bool, SoftMaps] = {}  # by whether the light has a length
         self._written: tuple[tuple[Light, ...], Geometry] | None = None
-        self._turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
+        self.turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         written = (tuple(lights), self._context.scene.geometry)
@@ -128,7 +133,7 @@ class _LineShadowMapsPass(TechniquePass):
             group.append((light, layer))
         for has_length, group in groups.items():
             self._soft_maps[has_length].set_lights(group)
-        self._turns = turns
+        self.turns = turns
         self.bytes = sum(maps.bytes for maps in self._soft_maps.values())
 
     def _new_maps(self, has_length: bool) -> SoftMaps:
@@ -141,6 +146,7 @@ class _LineShadowMapsPass(TechniquePass):
             tolerance=technique.tolerance,
             is_rational=technique.transition == "rational",
             both_ends_see_all=technique.seen_by_both == "all",
+            looks_for_gaps=technique.gaps == "rows",
             threshold_texels=technique.threshold,
             resolution=technique.resolution,
             bias_scale=technique.bias_scale,
@@ -150,7 +156,7 @@ class _LineShadowMapsPass(TechniquePass):
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
-        for maps, index in self._turns:
+        for maps, index in self.turns:
             maps.encode(commands, index)
 
     @property

@@ -12,18 +12,21 @@
 @group(1) @binding(4) var<storage, read_write> search: vec3u;                 // arguments of the dispatch of cs_find
 @group(1) @binding(5) var<storage, read_write> report: array<u32>;
 
+@group(1) @binding(6) var<storage, read_write> nearest_in_row: array<f32>;  // closeness, by sample and row of its tile
+
 override capacity: u32;         // of skins
 override threshold_texels: f32;
 
-const RUN = 16u;                // texels of a row that an invocation walks along
-const ROWS = 16u;               // of a workgroup
-const RUNS = 4u;
+const LANES = 32u;              // that share a row of texels
 const CLEAR = 0u;               // where in the draws' arguments
 const DRAW = 4u;
 const INSTANCES = 1u;           // of a draw's words
 const MAPS = 1u;                // words of the report
 const SKINS = 2u;
 const DROPPED = 3u;
+const NO_VIEW = 0xffffffffu;
+
+var<workgroup> nearest_of_lanes: array<f32, LANES>;
 
 // Channels are built again where a map or the set of samples is another one than in the frame before.
 @compute @workgroup_size(1)
@@ -31,9 +34,7 @@ fn cs_prepare() {
     let is_kept = state.drawn_now == 0u && control.samples == control.had_samples;
     control.had_samples = control.samples;
     control.is_kept = select(0u, 1u, is_kept);
-    let runs = (light.tile_size + RUN * RUNS - 1u) / (RUN * RUNS);
-    let rows = (light.tile_size + ROWS - 1u) / ROWS;
-    search = select(vec3u(runs, rows, light.sample_count), vec3u(0u), is_kept);
+    search = select(vec3u(1u, light.tile_size, light.sample_count), vec3u(0u), is_kept);
     atomicStore(&draws[CLEAR], 6u);
     atomicStore(&draws[CLEAR + INSTANCES], select(light.sample_count, 0u, is_kept));
     atomicStore(&draws[DRAW], 6u);
@@ -87,35 +88,11 @@ fn add_skin(sample: u32, view: u32, column: i32, row: i32, near_is_right: bool, 
     }
 }
 
-@compute @workgroup_size(RUNS, ROWS)
-fn cs_find(@builtin(global_invocation_id) id: vec3u) {
-    let sample = id.z;
-    if ((control.samples >> sample) & 1u) == 0u {
-        return;
-    }
-    // The face whose band of the tile holds this row.
-    let tile_row = (sample / light.tiles_per_row) * light.tile_size + id.y;
-    var view = 0u;
-    var row = 0i;
-    for (var face = 0u; face < LINE_FACES; face++) {
-        let band = shadow_views[sample * FACES + face];
-        if tile_row >= band.origin.y && tile_row < band.origin.y + band.size.y {
-            view = sample * FACES + face;
-            row = i32(tile_row - band.origin.y);
-            break;
-        }
-        if face + 1u == LINE_FACES {
-            return;
-        }
-    }
-
-    let first = i32(id.x * RUN);
-    let end = min(first + i32(RUN), i32(shadow_views[view].size.x) - 1);
+// Skins between columns `first` and `end` of a row; returns the nearest closeness on the way.
+fn find_between(sample: u32, view: u32, row: i32, first: i32, end: i32) -> f32 {
     let texels = threshold_texels / shadow_views[view].texels_per_unit.x;
-    if first >= end {
-        return;
-    }
     var here = closeness_at(view, first, row);
+    var nearest = here;
     for (var column = first; column < end; column++) {
         let next = closeness_at(view, column + 1, row);
         let near = max(here, next);
@@ -128,7 +105,49 @@ fn cs_find(@builtin(global_invocation_id) id: vec3u) {
                 add_skin(sample, view, column, row, near_is_right, near, min(here, next));
             }
         }
+        nearest = max(nearest, next);
         here = next;
+    }
+    return nearest;
+}
+
+// A row of a sample's tile: the view whose band holds it, and the row in that view. FACES: none.
+struct TileRow {
+    view: u32,
+    row: u32,
+};
+
+fn tile_row(sample: u32, row: u32) -> TileRow {
+    let in_atlas = (sample / light.tiles_per_row) * light.tile_size + row;
+    for (var face = 0u; face < LINE_FACES; face++) {
+        let band = shadow_views[sample * FACES + face];
+        if in_atlas >= band.origin.y && in_atlas < band.origin.y + band.size.y {
+            return TileRow(sample * FACES + face, in_atlas - band.origin.y);
+        }
+    }
+    return TileRow(NO_VIEW, 0u);
+}
+
+@compute @workgroup_size(LANES)
+fn cs_find(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let sample = group.z;
+    let found = tile_row(sample, group.y);
+    nearest_of_lanes[lane] = 0.0;
+    if found.view != NO_VIEW && ((control.samples >> sample) & 1u) == 1u {
+        let last = shadow_views[found.view].size.x - 1u;
+        let run = (last + LANES - 1u) / LANES;
+        let first = min(lane * run, last);
+        let end = min(first + run, last);
+        nearest_of_lanes[lane] = find_between(sample, found.view, i32(found.row), i32(first), i32(end));
+    }
+    for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
+        workgroupBarrier();
+        if lane < stride {
+            nearest_of_lanes[lane] = max(nearest_of_lanes[lane], nearest_of_lanes[lane + stride]);
+        }
+    }
+    if lane == 0u {
+        nearest_in_row[sample * light.tile_size + group.y] = nearest_of_lanes[0];
     }
 }
 

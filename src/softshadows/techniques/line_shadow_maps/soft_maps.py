@@ -32,8 +32,10 @@ CONTRADICTION_WORDS = 32
 CHANNEL_FORMAT = "rg16float"
 BYTES_PER_TEXEL = 8
 """Depth and two channels."""
-TEXELS_PER_SKIN = 8
-"""Of all maps' texels, so many share a place in the list of skins. Leaves have the most, one in 20."""
+TEXELS_PER_SKIN = 32
+"""Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128."""
+TESTED_PIXELS = 32
+"""Along the side of a workgroup of the test."""
 CLEAR_OFFSET, DRAW_OFFSET, DRAW_BYTES = 0, 16, 32
 
 
@@ -77,6 +79,7 @@ class SoftMapOptions:
     tolerance: float
     is_rational: bool
     both_ends_see_all: bool
+    looks_for_gaps: bool
     threshold_texels: float
     resolution: int | str
     bias_scale: float
@@ -88,10 +91,11 @@ class SoftMaps:
 
     def __init__(self, context: RenderContext, options: SoftMapOptions, report: wgpu.GPUBuffer) -> None:
         self._context, self._options, self._report = context, options, report
-        gpu, gbuffer = context.gpu, context.gbuffer
+        self.gpu = gpu = context.gpu
+        gbuffer = context.gbuffer
         # The first stage draws both ends and the middle; each further one halves the spacing.
         self._stages = (options.samples - 1).bit_length() - 1 if options.is_auto else 1
-        self._plan = plan_line_maps(
+        self.plan = plan_line_maps(
             gpu,
             gbuffer.size,
             options.samples,
@@ -100,16 +104,16 @@ class SoftMaps:
             stages=self._stages,
             bytes_per_texel=BYTES_PER_TEXEL,
         )
-        self._maps = LineMaps(gpu, context.scene, gbuffer, self._plan, bias_scale=options.bias_scale)
+        self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale)
         self._make_resources()
         self._make_kernels()
         self._pipelines = self._make_pipelines()
 
     def _make_resources(self) -> None:
-        gpu, plan, texels = self._context.gpu, self._plan, self._plan.atlas_size**2
+        gpu, plan, texels = self.gpu, self.plan, self.plan.atlas_size**2
         self._capacity = max(texels // TEXELS_PER_SKIN, 1024)
-        self._skins = gpu.storage_buffer(dtype(Skin).itemsize * self._capacity, "the skins")
-        self._control = gpu.storage_buffer(dtype(Control).itemsize, "the control words")
+        self.skins = gpu.storage_buffer(dtype(Skin).itemsize * self._capacity, "the skins")
+        self.control = gpu.storage_buffer(dtype(Control).itemsize, "the control words")
         self._contradictions = gpu.storage_buffer(4 * CONTRADICTION_WORDS, "the contradictions")
         self._search, self._draws = (
             gpu.device.create_buffer(size=size, usage=_USAGE.STORAGE | _USAGE.INDIRECT) for size in (16, DRAW_BYTES)
@@ -120,57 +124,59 @@ class SoftMaps:
             usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
         )
         self._channels_view = self.channels.create_view()
-        buffers = (self._skins, self._control, self._contradictions, self._search, self._draws)
-        self.bytes = self._maps.bytes + 4 * texels + sum(buffer.size for buffer in buffers)
+        self._nearest = gpu.storage_buffer(4 * plan.samples * plan.tile, "the rows' nearest surfaces")
+        buffers = (self._nearest, self.skins, self.control, self._contradictions, self._search, self._draws)
+        self.bytes = self.maps.bytes + 4 * texels + sum(buffer.size for buffer in buffers)
 
     def _make_kernels(self) -> None:
-        context, options, maps = self._context, self._options, self._maps
+        context, options, maps = self._context, self._options, self.maps
         gpu, gbuffer, looks = context.gpu, context.gbuffer, maps.lookup_resources
         receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
 
         def kernel(name: str, entry: str, groups: dict, **constants: float) -> Kernel:
             return Kernel(gpu, _HERE / f"{name}.wgsl", entry, STRUCTS, groups, constants)
 
-        self._begin = kernel("choose", "cs_begin", {1: {0: self._control, 2: maps.requests}})
-        self._test = kernel("choose", "cs_test", {0: receivers, 2: looks})
+        self._begin = kernel("choose", "cs_begin", {1: {0: self.control, 2: maps.requests}})
+        self._test = kernel("choose", "cs_test", {0: receivers, 2: looks}, knows_rows=options.looks_for_gaps)
         self._choose = kernel("choose", "cs_choose", {2: {0: looks[0]}}, tolerance=options.tolerance)
         self._halvings = [
             self._bind_halving(Halving(half_spacing=(options.samples - 1) >> stage, stage=stage))
             for stage in range(1, self._stages)
         ]
-        found = {0: self._control, 1: maps.state, 2: self._draws, 3: self._skins, 4: self._search}
+        found = {0: self.control, 1: maps.state, 2: self._draws, 3: self.skins, 4: self._search, 6: self._nearest}
         self._prepare = kernel("skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {0: looks[0]}})
         self._find = kernel(
             "skins",
             "cs_find",
-            {1: {k: found[k] for k in (0, 2, 3)}, 2: {k: looks[k] for k in (0, 2, 3)}},
+            {1: {k: found[k] for k in (0, 2, 3, 6)}, 2: {k: looks[k] for k in (0, 2, 3)}},
             capacity=self._capacity,
             threshold_texels=options.threshold_texels,
         )
         self._finish = kernel(
-            "skins", "cs_finish", {1: {0: self._control, 2: self._draws, 5: self._report}}, capacity=self._capacity
+            "skins", "cs_finish", {1: {0: self.control, 2: self._draws, 5: self._report}}, capacity=self._capacity
         )
         self._look = kernel(
             "visibility",
             "cs_visibility",
             {
                 0: receivers,
-                1: {0: self._control, 1: self._channels_view, 2: self._report},
+                1: {0: self.control, 1: self._channels_view, 2: self._report, 3: self._nearest},
                 2: looks,
                 3: {0: context.visibility},
             },
             both_ends_see_all=options.both_ends_see_all,
+            looks_for_gaps=options.looks_for_gaps,
         )
 
     def _bind_halving(self, halving: Halving) -> tuple[dict[int, wgpu.GPUBindGroup], dict[int, wgpu.GPUBindGroup]]:
         """The kernels' changing bind groups of one test of the samples drawn so far."""
-        uniform = self._context.gpu.device.create_buffer_with_data(data=pack(halving), usage=_USAGE.UNIFORM)
-        shared = {0: self._control, 1: self._contradictions, 3: uniform}
-        return {1: self._test.bind(1, shared)}, {1: self._choose.bind(1, {**shared, 2: self._maps.requests})}
+        uniform = self.gpu.device.create_buffer_with_data(data=pack(halving), usage=_USAGE.UNIFORM)
+        shared = {0: self.control, 1: self._contradictions, 3: uniform}
+        return {1: self._test.bind(1, shared)}, {1: self._choose.bind(1, {**shared, 2: self.maps.requests})}
 
     def _make_pipelines(self) -> list[tuple[wgpu.GPURenderPipeline, dict[int, wgpu.GPUBindGroup], int]]:
         """What empties the channels and what draws the skins, with bind groups and where their arguments lie."""
-        device, looks = self._context.gpu.device, self._maps.lookup_resources
+        device, looks = self.gpu.device, self.maps.lookup_resources
         module = shader_module(device, _HERE / "channels.wgsl", STRUCTS)
         least = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
 
@@ -204,32 +210,32 @@ class SoftMaps:
         )
         return [
             (clear, {2: bind(clear, 2, {0: looks[0]})}, CLEAR_OFFSET),
-            (draw, {1: bind(draw, 1, {0: self._skins}), 2: bind(draw, 2, dict(looks))}, DRAW_OFFSET),
+            (draw, {1: bind(draw, 1, {0: self.skins}), 2: bind(draw, 2, dict(looks))}, DRAW_OFFSET),
         ]
 
     def set_lights(self, lights: Sequence[tuple[Light, int]]) -> None:
         """Write this frame's lights, each with its layer of visibility."""
         last = self._options.samples - 1
         first_stage = {0, last // 2, last} if self._options.is_auto else range(last + 1)
-        self._maps.set_lights(lights, sum(1 << sample for sample in first_stage))
+        self.maps.set_lights(lights, sum(1 << sample for sample in first_stage))
 
     def encode(self, commands: Commands, index: int) -> None:
         """Find light `index`'s visibility."""
-        self._maps.encode_receivers(commands, index)
-        self._maps.encode_fit(commands)
+        self.maps.encode_receivers(commands, index)
+        self.maps.encode_fit(commands)
         with commands.compute("fit") as compute:
             self._begin.begin(compute)
             compute.dispatch_workgroups(1)
         for stage in range(self._stages):
             if stage > 0:
                 self._encode_choice(commands, *self._halvings[stage - 1])
-            self._maps.encode_maps(commands, stage)
+            self.maps.encode_maps(commands, stage)
         self._encode_channels(commands)
         width, height = self._context.gbuffer.size
         with commands.compute("lookup") as compute:
             self._look.begin(compute)
             compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
-        commands.account(self._options.samples * width * height / self._context.gpu.lookups_per_ms)
+        commands.account(self._options.samples * width * height / self.gpu.lookups_per_ms)
 
     def _encode_choice(
         self,
@@ -241,7 +247,7 @@ class SoftMaps:
         width, height = self._context.gbuffer.size
         with commands.compute("choose") as compute:
             self._test.begin(compute, test)
-            compute.dispatch_workgroups(-(-width // 16), -(-height // 16))
+            compute.dispatch_workgroups(-(-width // TESTED_PIXELS), -(-height // TESTED_PIXELS))
             self._choose.begin(compute, choose)
             compute.dispatch_workgroups(1)
 
@@ -256,7 +262,7 @@ class SoftMaps:
             compute.dispatch_workgroups(1)
         draw = commands.encoder.begin_render_pass(
             color_attachments=[{"view": self._channels_view, "load_op": "load", "store_op": "store"}],
-            depth_stencil_attachment={"view": self._maps.atlas.depth_view, "depth_read_only": True},
+            depth_stencil_attachment={"view": self.maps.atlas.depth_view, "depth_read_only": True},
             timestamp_writes=commands.timer.writes("channels"),
         )
         for pipeline, groups, arguments in self._pipelines:

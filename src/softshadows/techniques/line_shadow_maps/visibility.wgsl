@@ -3,20 +3,25 @@
 //#include "receiver.wgsl"
 //#include "../../passes/line_maps/line_map.wgsl"
 //#include "control.wgsl"
+//#include "gaps.wgsl"
 
 @group(1) @binding(0) var<storage, read> control: Control;
 @group(1) @binding(1) var channels: texture_2d<f32>;
 @group(1) @binding(2) var<storage, read_write> report: array<atomic<u32>>;
+@group(1) @binding(3) var<storage, read> nearest_in_row: array<f32>;  // closeness, by sample and row of its tile
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 
 override both_ends_see_all: bool = false;
+override looks_for_gaps: bool = true;
 
-const ALL_OF_HALF = 0.5;     // of a channel without a skin
+const UNTOUCHED = 2.0;       // a channel without a skin, which stands for HALF
+const HALF = 0.5;
 const OVERFULL = 1.01;       // a sum of both channels that the clamp takes more than rounding from
 const CLAMPED = 0u;          // words of the report
 
 // What a sample knows: whether it is seen, and the shares of the segments before and after it that are seen from its side.
 struct Seen {
+    sight: Sight,
     is_lit: bool,
     before: f32,
     after: f32,
@@ -25,14 +30,37 @@ struct Seen {
 fn look(sample: u32, receiver: LightReceiver) -> Seen {
     let sight = line_sight(sample, receiver);
     if !sight_is_lit(sight) {
-        return Seen(false, 0.0, 0.0);
+        return Seen(sight, false, 0.0, 0.0);
     }
     if !is_rectified(sight) {
-        return Seen(true, ALL_OF_HALF, ALL_OF_HALF);
+        return Seen(sight, true, UNTOUCHED, UNTOUCHED);
     }
     let found = textureLoad(channels, shadow_views[sight.view].origin + covering_texel(sight), 0).rg;
-    let shares = select(found, vec2f(ALL_OF_HALF), found > vec2f(1.0));
-    return Seen(true, shares.x, shares.y);
+    return Seen(sight, true, found.x, found.y);
+}
+
+// The nearest closeness in the row of the sample's map that the sight goes through.
+fn nearest_beside(sample: u32, sight: Sight) -> f32 {
+    let tile_top = (sample / light.tiles_per_row) * light.tile_size;
+    let row = shadow_views[sight.view].origin.y + covering_texel(sight).y - tile_top;
+    return nearest_in_row[sample * light.tile_size + row];
+}
+
+// The share of the segment between two neighbouring samples.
+fn segment_share(sample: u32, next: u32, start: Seen, end: Seen) -> f32 {
+    let shares = vec2f(start.after, end.before);
+    let are_untouched = shares == vec2f(UNTOUCHED);
+    if all(are_untouched) || (both_ends_see_all && start.is_lit && end.is_lit) {
+        return 1.0;
+    }
+    if !looks_for_gaps || !is_rectified(start.sight) || !is_rectified(end.sight) {
+        return dot(select(shares, vec2f(HALF), are_untouched), vec2f(1.0));
+    }
+    let length = light_samples[next].x - light_samples[sample].x;
+    let nearest = vec2f(nearest_beside(sample, start.sight), nearest_beside(next, end.sight));
+    let known = select(shares, vec2f(0.0), are_untouched);
+    let unknown_weight = select(0.0, HALF, any(are_untouched));
+    return dot(known, vec2f(1.0)) + share_between(start.sight, end.sight, length, known, nearest, unknown_weight);
 }
 
 @compute @workgroup_size(8, 8)
@@ -59,10 +87,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     while sample + 1u < light.sample_count {
         let next = sample_after(control.samples, sample);
         let end = look(next, receiver);
-        var share = start.after + end.before;
-        if both_ends_see_all && start.is_lit && end.is_lit {
-            share = 1.0;
-        }
+        let share = segment_share(sample, next, start, end);
         is_overfull |= share > OVERFULL;
         sum += min(share, 1.0) * f32(next - sample);
         sample = next;
