@@ -29,8 +29,10 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / view.texels_per_unit;
     let texel = (sight.position - view.window_low) * view.texels_per_unit - 0.5;
-    let in_next_column = sight.position + vec2f(texel_extent.x, 0.0);
-    let plane_there = plane_closeness(light, sight.plane_normal, sight.plane_offset, in_next_column);
+    let by_column = vec2f(texel_extent.x, 0.0);
+    let by_row = vec2f(0.0, texel_extent.y);
+    let next_column = plane_closeness(light, sight.plane_normal, sight.plane_offset, sight.position + by_column);
+    let next_row = plane_closeness(light, sight.plane_normal, sight.plane_offset, sight.position + by_row);
     let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
     return Look(
         sample,
@@ -40,7 +42,7 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
         texel,
         sight.position.x,
         sight.closeness,
-        plane_there - sight.closeness,
+        vec2f(next_column, next_row) - sight.closeness,
         light.bias_scale * CURVATURE_BIAS_TEXELS * texel_closeness,
     );
 }

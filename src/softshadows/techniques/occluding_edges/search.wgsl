@@ -13,8 +13,8 @@ struct Look {
     texel: vec2f,
     position: f32,
     closeness: f32,
-    slope: f32,  // by which the closeness of its plane changes from column to column
-    bias: f32,   // of closeness, for surfaces that curve within a texel
+    slope: vec2f,  // by which the closeness of its plane changes from column to column, and from row to row
+    bias: f32,     // of closeness, for surfaces that curve within a texel
 };
 
 const PARTS = 128u;
@@ -63,6 +63,7 @@ fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
     let width = i32(shadow_views[look.view].size.x);
     let row = u32(clamp(i32(floor(look.texel.y + row_choice)), 0, i32(shadow_views[look.view].size.y) - 1));
     let is_own_row = row == u32(round(look.texel.y));
+    let own_closeness = look.closeness + look.slope.y * (f32(row) - look.texel.y);  // of its plane, in that row
     let cell = i32(cell_width(look.view));
     let cell_base = first_cell(look.sample, row_number(look.view, row));
     let forth = i32(direction(side));
@@ -79,14 +80,14 @@ fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
         // A cell of which nothing is close enough to be between the fragment and the segment is passed at once.
         let ahead = f32(forth) * (f32(column) - look.texel.x);
         let in_cell = column / cell;
-        if (cells[cell_base + u32(in_cell)] - look.closeness) * reach <= ahead - 1.0 {
+        if (cells[cell_base + u32(in_cell)] - own_closeness) * reach <= ahead - 1.0 {
             column = select(in_cell * cell - 1, (in_cell + 1) * cell, forth > 0);
             last_end = -1.0;
             continue;
         }
-        let closer = map_closeness(look.view, vec2u(u32(column), row)) - look.closeness;
+        let closer = map_closeness(look.view, vec2u(u32(column), row)) - own_closeness;
         let moves = closer * reach;
-        let is_before_plane = closer > look.slope * (f32(column) - look.texel.x) + look.bias;
+        let is_before_plane = closer > look.slope.x * (f32(column) - look.texel.x) + look.bias;
         if is_before_plane && moves > ahead - 1.0 && moves > 0.0 {
             let end = (ahead + EDGE_TEXELS) / moves;
             let start = (ahead - EDGE_TEXELS) / moves;
