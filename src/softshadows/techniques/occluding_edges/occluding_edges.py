@@ -212,7 +212,7 @@ class OccludingEdgesPass(TechniquePass):
                 compute.dispatch_workgroups(1)
                 self._kernels["outreach"].begin(compute)
                 compute.dispatch_workgroups_indirect(self._dispatch, 0)
-            with commands.compute("lighting") as compute:
+            with commands.compute("lookup") as compute:
                 self._kernels["lighting"].begin(compute)
                 compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
             commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
