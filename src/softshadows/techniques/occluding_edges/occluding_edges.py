@@ -17,7 +17,7 @@ Departures from the paper
     - `penumbra="searched"` is the default: the edges only tell where to look, and everything along the row of the map
       that lies between the fragment and the light is gathered, from both ends. `penumbra="texture"` is the paper's: one
       edge for each texel, for every fragment that falls on it. `penumbra="seen"` keeps the one edge, but only for
-      fragments that the sample sees: no light behind receivers. Measured: docs/decisions/0012-occluding-edges.md.
+      fragments that the sample sees: no light behind receivers. Measured: docs/decisions/0011-occluding-edges.md.
     - `samples` points of the light, 5 by default; neighbours share their maps. The paper has two.
     - Maps are rectified: both see a plane through the light as the same row, so that the corresponding pixel is a
       disparity, and there is no metadata map. The tilt comes from the order of texels on one surface.
@@ -75,7 +75,7 @@ BYTES_PER_TEXEL = 4 + 4
 NEAREST_OCCLUDER = 0.5
 """Share of the receivers' distance from which on occluders' edges lie within the maps, also just out of the picture."""
 TEXELS_PER_PIXEL = 4.0
-"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0012-occluding-edges.md."""
+"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0011-occluding-edges.md."""
 LOOKUPS = 3
 """Per sample: the hard test, and the edge map on both sides."""
 

@@ -20,7 +20,7 @@ struct Look {
 const PARTS = 128u;
 // From the middle of a surface's last texel to its border. Half a texel in one map; but what either of a segment's two maps
 // hides is hidden, and the larger one of two that err by up to half a texel is a sixth too large. Measured between that and
-// none: docs/decisions/0012-occluding-edges.md.
+// none: docs/decisions/0011-occluding-edges.md.
 const EDGE_TEXELS = 0.36;
 const ALL = vec4u(0xffffffffu);
 
