@@ -9,6 +9,7 @@ override uses_gravity: bool = false;
 
 const PARTS = 4u;
 const WHOLE = 16777216.0;      // a quarter's area in a sum: sums are whole numbers, so that they do not depend on the edges' order
+const NOTHING = 1e-5;          // a share that may be rounding, and must not widen a rectangle
 const STEPS = 255.0;           // of an 8-bit number [Forest2006 §4.3]
 const GRAVITY_STEPS = 15.0;    // 16 × 16 positions [Forest2006 §6]
 
@@ -135,15 +136,15 @@ fn blend_silhouette() {
         part.moments = vec2f(part.moment_sum) / WHOLE;
         part.low = packed2(part.low);
         part.high = packed2(part.high);
-        if part.share <= 0.0 {
+        if part.share <= NOTHING {
             continue;
         }
         let before = combined[k];
-        if before.share <= 0.0 {
+        if before.share <= NOTHING {
             combined[k] = part;
             continue;
         }
-        combined[k].share = packed(before.share + part.share - overlap(before, part));
+        combined[k].share = packed(saturate(before.share + part.share - overlap(before, part)));
         combined[k].low = min(before.low, part.low);
         combined[k].high = max(before.high, part.high);
         let weight = before.share / (before.share + part.share);
@@ -156,19 +157,19 @@ fn overlap(first: Part, second: Part) -> f32 {
     let low = max(first.low, second.low);
     let high = min(first.high, second.high);
     let extent = max(high - low, vec2f(0.0));
-    let first_extent = first.high - first.low;
-    let second_extent = second.high - second.low;
-    let rectangles = first_extent.x * first_extent.y * second_extent.x * second_extent.y;
-    if rectangles <= 0.0 {
-        return 0.0;
-    }
-    let density = first.share * second.share / rectangles;
+    let density = share_of_rectangle(first) * share_of_rectangle(second);
     if uses_gravity {
         let along_x = tilted_product(first, second, 0u, low.x, high.x);
         let along_y = tilted_product(first, second, 1u, low.y, high.y);
         return select(0.0, density * along_x * along_y, all(extent > vec2f(0.0)));
     }
     return density * extent.x * extent.y;
+}
+
+// Occluded share of the rectangle around a part. The paper's rectangles can be smaller than what they should hold.
+fn share_of_rectangle(part: Part) -> f32 {
+    let extent = max(part.high - part.low, vec2f(0.0));
+    return min(part.share / max(extent.x * extent.y, 1e-12), 1.0);
 }
 
 // With the centre of gravity, a region is spread over its rectangle with a density that rises linearly along each axis, as

@@ -28,7 +28,8 @@ Departures from the paper
     - Whether the light's centre is hidden is counted from the triangles between it and the receiver, exactly where the
       edges say that it changes: both ask one predicate, so no pixel flips.
     - `rect="exact"` is the default: the paper's rectangle misses corners of a quarter that are occluded without an edge
-      there. Floats in place of 8 bits (`quantise`). docs/decisions/0012-penumbra-wedges.md has both measured.
+      there. Floats in place of 8 bits (`quantise`), a quarter never more than full,
+      a rectangle never more than covered. docs/decisions/0012-penumbra-wedges.md has them measured.
     - Silhouettes are connected components, blended front to back. One that is not closed counts as two sheets, what
       turns its front and what turns its back to the light: exact for cards, whose border is always a silhouette.
       Edges with any number of triangles change the count of layers by what lies left and right of them, so holes,
