@@ -44,7 +44,7 @@ def run(cases: np.ndarray, tmp_path: Path) -> np.ndarray:
     compute.dispatch_workgroups(len(cases))
     compute.end()
     device.queue.submit([encoder.finish()])
-    return np.frombuffer(device.queue.read_buffer(result), np.float32).astype(np.float64)
+    return np.asarray(device.queue.read_buffer(result)).view("<f4").astype(np.float64)
 
 
 def test_the_share_is_the_papers_formula_to_1e_5(tmp_path: Path) -> None:
