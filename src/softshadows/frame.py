@@ -28,6 +28,7 @@ from softshadows.gpu.timing import CAPACITY, PassTimer
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.passes.lighting.shade import Lighting
+from softshadows.refinement import Refinement
 from softshadows.save import save_frame
 from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
@@ -128,15 +129,33 @@ class Renderer:
         """Forget everything on the GPU: the next frame uploads the scene and draws all again."""
         self._placement: list[tuple[int, bytes]] | None = None
         self._light_count = -1
+        self._refinement = Refinement(None)
+
+    def refine(self, camera: Camera) -> Frame:
+        """The mean of a frame and all that `refine` rendered before of the same camera, lights and nodes.
+
+        Techniques that average samples of the light, `uniform` and `adaptive`, take other samples in every frame, so
+        that the mean steps toward the truth; with any other technique it stays what `render` gives.
+        """
+        subject = (camera, tuple(self.scene.lights), tuple(self._place_nodes()))
+        if subject != self._refinement.subject:
+            self._refinement = Refinement(subject)
+        frame = self._render(camera, refinements=self._refinement.frames)
+        frame.color, frame.visibility = self._refinement.add(frame.color, frame.visibility)
+        return frame
 
     def render(self, camera: Camera) -> Frame:
         """One frame: encode, submit, read back once."""
+        return self._render(camera, refinements=0)
+
+    def _render(self, camera: Camera, *, refinements: int) -> Frame:
         lights = list(self.scene.lights)
         self.technique.check_lights(lights)
         with device_errors("the frame could not be rendered"):
             started = time.thread_time()
             self._upload(lights)
             self._gbuffer.set_camera(camera, len(lights))
+            self._pass.refinements = refinements
             self._pass.set_lights(lights)
             self._lighting.set_lights(lights)
 
@@ -156,7 +175,7 @@ class Renderer:
 
     def _upload(self, lights: list[Light]) -> None:
         """Bring the GPU's copy of the scene up to date."""
-        placement = [(id(node.mesh), np.asarray(node.transform, np.float64).tobytes()) for node in self.scene.nodes]
+        placement = self._place_nodes()
         if self._placement is None or [mesh for mesh, _ in placement] != [mesh for mesh, _ in self._placement]:
             self._buffers = SceneBuffers(self._gpu, flatten(self.scene))
             self._light_count = -1
@@ -165,6 +184,10 @@ class Renderer:
         self._placement = placement
         if self._light_count != len(lights):
             self._build(len(lights))
+
+    def _place_nodes(self) -> list[tuple[int, bytes]]:
+        """Which mesh is where: node by node."""
+        return [(id(node.mesh), np.asarray(node.transform, np.float64).tobytes()) for node in self.scene.nodes]
 
     def _build(self, light_count: int) -> None:
         """The passes and images for this many lights."""

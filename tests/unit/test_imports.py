@@ -24,7 +24,8 @@ MAY_IMPORT: dict[str, set[str]] = {
     "truth": {"errors", "scene", "gpu", "passes"},
     "display": {"errors"},
     "save": {"errors", "display"},
-    "frame": {"errors", "scene", "gpu", "passes", "techniques", "truth", "display", "save"},
+    "refinement": set(),
+    "frame": {"errors", "scene", "gpu", "passes", "techniques", "truth", "display", "save", "refinement"},
 }
 """What each part of the package may import besides itself. `TOP` may import all of it."""
 

@@ -89,11 +89,16 @@ class RenderContext:
 
 
 class TechniquePass(ABC):
-    """A technique at work: keeps its GPU state between frames."""
+    """A technique at work: keeps its GPU state between frames.
+
+    `refinements` counts the frames that `Renderer.refine` has averaged: a technique that samples the light then takes
+    other points (sub_positions.py).
+    """
 
     bytes: int = 0
     shadow_maps: int = 0
     lookups_per_pixel: float = 0.0
+    refinements: int = 0
 
     def __init__(self) -> None:
         self.warnings: list[str] = []

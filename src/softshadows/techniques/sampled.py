@@ -27,14 +27,15 @@ DEFAULT_MEMORY_BUDGET = 512
 """MiB that the shadow maps drawn at one time may take."""
 
 
-def center_sample(light: Light) -> Samples:
-    """The light's centre alone."""
+def center_sample(light: Light, jitter: int = 0) -> Samples:
+    """The light's centre alone, whatever the jitter."""
     return np.zeros((1, 2)), np.ones(1)
 
 
 class SampledPass(TechniquePass):
     """See the module.
 
+    `samples_of` gives a light's samples, moved to the place with that number beside theirs (sub_positions.py).
     `lookups` counts the shadow-map reads of one pixel for a light with that many samples. A technique that
     `takes_center_only` does not ask for the light's size anywhere.
     """
@@ -44,7 +45,7 @@ class SampledPass(TechniquePass):
         context: RenderContext,
         shader: Path,
         *,
-        samples_of: Callable[[Light], Samples],
+        samples_of: Callable[[Light, int], Samples],
         resolution: int | str,
         lookups: Callable[[int], float],
         constants: Mapping[str, float] | None = None,
@@ -72,11 +73,11 @@ class SampledPass(TechniquePass):
         self._target_layout = device.create_bind_group_layout(entries=layouts)
         entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
         self._target = device.create_bind_group(layout=self._target_layout, entries=entries)
-        self._written: tuple[tuple[Light, ...], Geometry] | None = None  # what the atlases' lights were made from
+        self._written: tuple[tuple[Light, ...], Geometry, int] | None = None  # what the atlases' lights were made from
         self._pipelines: dict[str, wgpu.GPUComputePipeline] = {}  # by entry
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        written = (tuple(lights), self._context.scene.geometry)
+        written = (tuple(lights), self._context.scene.geometry, self.refinements)
         if written == self._written:
             return
         self._written = written
@@ -84,7 +85,7 @@ class SampledPass(TechniquePass):
         self._turns = []
         turns: list[tuple[int, int]] = []
         for layer, light in enumerate(lights):
-            points, weights = self._samples_of(light)
+            points, weights = self._samples_of(light, self.refinements)
             group = by_count.setdefault(len(points), [])
             turns.append((len(points), len(group)))
             seen = light.without_size if self._takes_center_only else light

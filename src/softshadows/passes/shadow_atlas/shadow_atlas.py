@@ -245,7 +245,7 @@ class ShadowAtlas:
         self._bias_scale, self._margin_texels = bias_scale, margin_texels
         self._search_margin, self._texels_per_pixel = search_margin, texels_per_pixel
         self.keeps_maps = keeps_maps and plan.holds_all
-        self._kept_for: tuple[Light, Geometry] | None = None
+        self._kept_for: tuple[Light, bytes, Geometry] | None = None  # light, its samples, scene
         self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
         device = gpu.device
         gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
@@ -379,7 +379,7 @@ class ShadowAtlas:
 
     def set_lights(self, lights: Sequence[SampledLight]) -> None:
         """Write this frame's lights; `encode_fit` takes them by their index."""
-        self._lights = [sampled.light for sampled in lights]
+        self._lights = [(sampled.light, sampled.points.tobytes()) for sampled in lights]
         self._stride = sum(buffer.size for buffer in self._per_light)
         if self._staging is None or self._staging.size < self._stride * len(lights):
             usage = _USAGE.COPY_SRC | _USAGE.COPY_DST
@@ -443,7 +443,7 @@ class ShadowAtlas:
     def encode_receivers(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
         """Let light `index` take its turn: boxes around what the G-buffer sees and something can shadow."""
         assert self._staging is not None, "set_lights() comes before encode_receivers()"
-        drawn_for = (self._lights[index], self._scene.geometry)
+        drawn_for = (*self._lights[index], self._scene.geometry)
         if not self.keeps_maps or drawn_for != self._kept_for:
             encoder.clear_buffer(self.drawn)
             self._kept_for = drawn_for

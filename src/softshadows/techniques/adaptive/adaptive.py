@@ -30,6 +30,9 @@ Departures from the paper
     - `filter="cell"` is an addition: a sample beside a silhouette stands for the part of the light around it. Nine taps
       in its map, spread by the occluder's distance, turn the band between two samples into a ramp.
 
+    - `jitter` moves the samples beside the lattice's points; `Renderer.refine` averages frames with ever other ones, for a
+      picture that converges while nothing moves.
+
 Use when
     you want the soft shadow of `uniform` for a fraction of its cost. `filter="cell"` with `max_depth=2` (25 maps) for
     simple occluders, when speed matters more.
@@ -99,6 +102,12 @@ class Adaptive(Technique):
     evaluation: str = option(
         default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
     )
+    jitter: int = option(
+        default=0,
+        help="which of many places beside the lattice's points the samples take; 0 for none",
+        low=0,
+        high=1 << 20,
+    )
     resolution: int | str = option(
         default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
     )
@@ -122,11 +131,12 @@ class AdaptivePass(TechniquePass):
             size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
         )
         self._samplings: dict[Lattice, AdaptiveSampling] = {}
-        self._written: tuple[tuple[Light, ...], Geometry] | None = None
+        self._written: tuple[tuple[Light, ...], Geometry, int] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        written = (tuple(lights), self._context.scene.geometry)
+        jitter = self._technique.jitter + self.refinements
+        written = (tuple(lights), self._context.scene.geometry, jitter)
         if written == self._written:
             return
         self._written = written
@@ -140,7 +150,7 @@ class AdaptivePass(TechniquePass):
             turns.append((self._samplings[lattice], len(group)))
             group.append((light, layer))
         for lattice, group in groups.items():
-            self._samplings[lattice].set_lights(group)
+            self._samplings[lattice].set_lights(group, jitter)
         self._turns = turns
         self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
 

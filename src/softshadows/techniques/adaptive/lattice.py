@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows.scene.lights import Light
+from softshadows.techniques.sub_positions import moved, sub_position
 
 DEEPEST = 4
 """289 points of a rectangle. A row of points is a word of 32 bits to the shaders, which 33 would exceed."""
@@ -47,11 +48,12 @@ class Lattice:
         coarser = (1 << (level - 1)) + 1 if level else 0
         return side**self.dimensions - (coarser**self.dimensions if level else 0)
 
-    def points(self, light: Light) -> npt.NDArray[np.float64]:
-        """(rows × columns, 2): the points in light space, metres, symmetric about the light's centre."""
+    def points(self, light: Light, jitter: int = 0) -> npt.NDArray[np.float64]:
+        """(rows × columns, 2): the points in light space, metres; symmetric about the light's centre without jitter."""
         across, up = light.half_extent
         extents = (across, up) if self.has_rows else (max(across, up), 0.0)
-        x, y = np.meshgrid(_steps(self.columns) * extents[0], _steps(self.rows) * extents[1])
+        shift = sub_position(jitter)
+        x, y = np.meshgrid(_steps(self.columns, shift[0]) * extents[0], _steps(self.rows, shift[1]) * extents[1])
         points = np.stack([x.ravel(), y.ravel()], axis=1)
         return points if across > 0.0 or self.dimensions == 0 else points[:, ::-1]
 
@@ -62,5 +64,5 @@ def lattice_of(light: Light, depth: int) -> Lattice:
     return Lattice(depth if dimensions else 0, dimensions > 0, dimensions == 2)
 
 
-def _steps(count: int) -> npt.NDArray[np.float64]:
-    return np.linspace(-1.0, 1.0, count) if count > 1 else np.zeros(1)
+def _steps(count: int, shift: float) -> npt.NDArray[np.float64]:
+    return moved(np.linspace(-1.0, 1.0, count), 2.0 / (count - 1), shift) if count > 1 else np.zeros(1)

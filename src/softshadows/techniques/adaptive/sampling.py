@@ -54,7 +54,7 @@ SURE_LEVELS = 3
 """Measured: docs/decisions/0010-adaptive.md."""
 BATCHES = (1, 2, 4, 8, 16)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
-FINENESS = (1.0, 1.0, 1.0, 0.85, 0.7)
+FINENESS = (1.0, 1.0, 0.85, 0.7, 0.5)
 """By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
 REPORT_WORDS = 5
@@ -326,11 +326,11 @@ class AdaptiveSampling:
         average = self._kernels["average"]
         return [{3: average.bind(3, {0: self._uniform(Levels(first=first, end=end))})} for first, end in ranges]
 
-    def set_lights(self, lights: list[tuple[Light, int]]) -> None:
+    def set_lights(self, lights: list[tuple[Light, int]], jitter: int) -> None:
         """Write this frame's lights, each with its layer of visibility."""
         weights = np.ones(self._plan.samples)
         self._atlas.set_lights(
-            [SampledLight(light, layer, self._lattice.points(light), weights) for light, layer in lights]
+            [SampledLight(light, layer, self._lattice.points(light, jitter), weights) for light, layer in lights]
         )
 
     def encode(self, commands: Commands, index: int) -> None:

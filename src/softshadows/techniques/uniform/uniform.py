@@ -37,14 +37,15 @@ import numpy as np
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, Samples
+from softshadows.techniques.sub_positions import moved, sub_position
 
 
-def grid_samples(light: Light, grid: int, weights: str, layout: str) -> Samples:
+def grid_samples(light: Light, grid: int, weights: str, layout: str, jitter: int = 0) -> Samples:
     """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
 
     `layout` corners puts the outer points on the light's border, centres into the middle of grid×grid cells. `weights`
     trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has
-    `grid` points; a light without size, one.
+    `grid` points; a light without size, one. With `jitter` the points lie beside the grid's.
     """
     a, b = light.half_extent
     if layout == "corners" and grid > 1:
@@ -57,10 +58,12 @@ def grid_samples(light: Light, grid: int, weights: str, layout: str) -> Samples:
         ramp = np.ones(grid)
     if a == 0.0 and b == 0.0:
         return np.zeros((1, 2)), np.ones(1)
+    spacing = float(steps[1] - steps[0]) if grid > 1 else 2.0
+    x, y = (moved(steps, spacing, by) for by in sub_position(jitter))
     if b == 0.0 or a == 0.0:
-        line = np.stack([steps * a, steps * b], axis=1)
+        line = np.stack([x * a, x * b], axis=1)
         return line, ramp
-    s, t = np.meshgrid((steps + 1.0) / 2.0, (steps + 1.0) / 2.0)
+    s, t = np.meshgrid((x + 1.0) / 2.0, (y + 1.0) / 2.0)
     offsets = light.points(s.ravel(), t.ravel()) - light.center
     return offsets @ light.axes[:2].T, np.outer(ramp, ramp).ravel()
 
@@ -92,7 +95,7 @@ class Uniform(Technique):
         return SampledPass(
             context,
             Path(__file__).with_name("uniform.wgsl"),
-            samples_of=lambda light: grid_samples(light, self.grid, self.weights, self.layout),
+            samples_of=lambda light, jitter: grid_samples(light, self.grid, self.weights, self.layout, jitter),
             resolution=self.resolution,
             lookups=float,
             bias_scale=self.bias_scale,
