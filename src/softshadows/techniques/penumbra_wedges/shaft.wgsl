@@ -43,7 +43,7 @@ var<workgroup> steepest_to_center: array<vec4f, LANES>;
 var<workgroup> deepest: array<f32, LANES>;
 var<workgroup> ballot: array<atomic<u32>, 2>;
 var<workgroup> ballot_result: vec2u;
-var<private> work: u32;  // edges and triangles looked at
+var<private> work: u32;  // edges and triangles looked at, and rows of points (union.wgsl)
 var<workgroup> shared_normals: array<vec4f, 192>;
 var<workgroup> shared_planes: array<vec4f, LANES>;
 var<workgroup> shared_edges: array<WedgeEdge, LANES>;

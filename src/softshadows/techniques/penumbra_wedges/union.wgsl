@@ -129,6 +129,7 @@ fn add_silhouette(a: vec3f, b: vec3f, counter_clockwise: bool, left_minus_right:
         if row >= ROWS || end.y <= f32(row) * end.z {
             break;
         }
+        work += 1u;
         let below = start.y - f32(row) * start.z;
         let above = end.y - f32(row) * end.z;
         let at = mix(start, end, below / (below - above));

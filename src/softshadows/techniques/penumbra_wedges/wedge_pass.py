@@ -45,9 +45,10 @@ THINNEST = 1e-3
 """A light's shorter side over its longer one; a thinner light is taken for one of this shape (papers.md, section 6)."""
 PRIMITIVES_PER_LOOKUP = 80
 """Edges and triangles of the scene per pixel, in the time of one look-up: 27 spheres of 762 triangles at 192×144."""
-MOST_WORK = 60_000
-"""Edges and triangles that one receiver looks at before some software rasterisers give up (llvmpipe: 65535 rounds of
-all of a shader's loops together). For its sake, loops of known length are written out in the shaders."""
+MOST_WORK = 30_000
+"""Steps of one receiver before a software rasteriser may give up: llvmpipe ends eight of them together after 65535
+rounds of all their loops, and they do not all go round alike. For its sake, short loops are written out in the shaders.
+"""
 REPORT_WORDS = 2
 
 
@@ -294,8 +295,8 @@ class WedgePass(TechniquePass):
             )
         if most_work > MOST_WORK and self._context.gpu.is_cpu:
             self.warnings.append(
-                f"penumbra_wedges: some pixels look at {most_work} edges and triangles, more than this software "
-                "rasteriser may finish; their visibility may be wrong; choose 'uniform' or 'adaptive', or a GPU"
+                f"penumbra_wedges: some pixels take {most_work} steps over edges and triangles, more than this "
+                "software rasteriser is sure to finish, and may be wrong; try a larger image, 'uniform' or 'adaptive'"
             )
 
 
