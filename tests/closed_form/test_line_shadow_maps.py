@@ -182,7 +182,7 @@ def test_channels_have_an_atom_at_a_half_and_skins_lie_along_the_edge() -> None:
     rows = maps.skins["texel"] >> 16
     assert len(rows) == len(np.unique(rows)), "one skin a row"
     picture = skins_picture(maps, 0)
-    assert (picture == np.float32((0.2, 0.5, 1.0))).all(axis=2).sum() == len(rows)
+    assert (picture == np.array((0.2, 0.5, 1.0), np.float32)).all(axis=2).sum() == len(rows)
     with pytest.raises(OptionError, match="sample 7"):
         channels_picture(maps, 7)
 
@@ -224,7 +224,7 @@ def test_maps_and_channels_are_kept_while_they_serve() -> None:
         for fov in (45.0, 45.0, 47.0, 45.0, 47.0):
             frames.append(renderer.render(dataclasses.replace(stage.CAMERA, vertical_fov=fov)))
             state = renderer._pass.turns[0][0].maps.state  # type: ignore[attr-defined]
-            drawn.append(int(np.frombuffer(acquire().device.queue.read_buffer(state), np.uint32)[0]))
+            drawn.append(int(np.asarray(acquire().device.queue.read_buffer(state)).view("<u4")[0]))
     assert drawn == [0b111, 0, 0b111, 0, 0]
     assert stage.same_bits(frames[0].visibility, frames[1].visibility)
     assert stage.same_bits(frames[2].visibility, frames[4].visibility)

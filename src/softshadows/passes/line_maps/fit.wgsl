@@ -1,15 +1,20 @@
 // Windows that all maps of a line light share, so that a row of one is the same row of every other.
 
 //#include "../shadow_atlas/placing.wgsl"
+//#include "../shadow_atlas/swept_box.wgsl"
 //#include "line_space.wgsl"
 //#struct LineWindow
 //#struct LineState
 //#struct Stage
+//#struct OccluderBox
 
 @group(1) @binding(0) var<storage, read_write> line_windows: array<LineWindow, 6>;  // by face
 @group(1) @binding(1) var<storage, read_write> state: LineState;
 @group(1) @binding(2) var<storage, read> requests: array<u32>;  // by stage: its samples, as bits
 @group(1) @binding(3) var<uniform> stage: Stage;
+@group(1) @binding(4) var<storage, read> occluder_boxes: array<OccluderBox>;
+
+override is_around_occluders: bool = false;
 
 const LANES = 64u;
 const VIEW_LIMIT = 1.0;    // faces meet at 45 degrees
@@ -18,6 +23,7 @@ const FRONT_GROWTH = 3.0;  // by how much its area may grow for it: every face l
 const OPPOSITE = 2u;
 const BAND_SHARE = 0.0625;    // of the tile's edge, the least for a face in use
 const NOTHING = vec3f(3e38);
+const OCCLUDER_ROOM = 0.01;  // of what occluders take: their edges need texels on both sides
 
 // Extents from the line's first end, with u from its last end as z.
 var<workgroup> lane_lows: array<vec3f, LANES>;
@@ -25,6 +31,11 @@ var<workgroup> lane_highs: array<vec3f, LANES>;
 var<workgroup> lane_demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
 
 var<private> wanted: array<LineWindow, WINDOWS>;
+var<private> lows: array<vec3f, WINDOWS>;
+var<private> highs: array<vec3f, WINDOWS>;
+var<private> demands: array<vec2f, WINDOWS>;
+var<private> limit_lows: array<vec2f, WINDOWS>;
+var<private> limit_highs: array<vec2f, WINDOWS>;
 
 struct LineExtent {
     low: vec3f,
@@ -96,39 +107,114 @@ fn window_extent(window: u32, low_ls: vec3f, high_ls: vec3f) -> LineExtent {
     return face_extent(window, VIEW_LIMIT, low_ls, high_ls);
 }
 
-// One window for all samples. Seen from x along the line a window's low end is a concave, its high end a convex function of
-// x, so that windows between those of the two ends hold what is to be seen from between; not where they are cut off.
-fn shared_window(low: vec3f, high: vec3f, texels_per_unit: f32) -> LineWindow {
-    if low.y > high.y {
+// A window's upper ends, as the line's two ends see them, cut off at a limit: both, or neither where that takes less room.
+//
+// Seen from x along the line an upper end is a convex function of x, so that a line between those of the line's ends holds
+// what is to be seen from between them; a function that is cut off on the way is not. Boxes are cut off at LINE_LIMIT.
+fn cut_off(ends: vec2f, limit: f32) -> vec2f {
+    let highest = max(ends.x, ends.y);
+    let waste = limit - min(ends.x, ends.y);
+    let is_cut = highest > limit && (highest - limit > waste || highest >= LINE_LIMIT);
+    return select(ends, vec2f(limit), is_cut);
+}
+
+// One window for all samples, around the receivers and within the limits, what occluders take of the face.
+fn shared_window(low: vec3f, high: vec3f, limit_low: vec2f, limit_high: vec2f, texels_per_unit: f32) -> LineWindow {
+    let low_v = max(low.y, limit_low.y);
+    let high_v = min(high.y, limit_high.y);
+    let lower = -cut_off(-low.xz, -limit_low.x);
+    let upper = cut_off(high.xz, limit_high.x);
+    let first = vec2f(lower.x, upper.x);
+    let last = vec2f(lower.y, upper.y);
+    let extent = vec2f(max(first.y - first.x, last.y - last.x), high_v - low_v);
+    if low.y > high.y || any(extent < vec2f(0.0)) {
         return LineWindow(vec2f(0.0), vec2f(-1.0), 0.0, 0.0);
     }
-    var first = vec2f(low.x, high.x);
-    var last = vec2f(low.z, high.z);
-    if min(first.x, last.x) <= -LINE_LIMIT {
-        first.x = -LINE_LIMIT;
-        last.x = -LINE_LIMIT;
-    }
-    if max(first.y, last.y) >= LINE_LIMIT {
-        first.y = LINE_LIMIT;
-        last.y = LINE_LIMIT;
-    }
-    let extent = vec2f(max(first.y - first.x, last.y - last.x), high.y - low.y);
-    return LineWindow(vec2f(first.x, low.y), extent, last.x - first.x, texels_per_unit);
+    return LineWindow(vec2f(first.x, low_v), extent, last.x - first.x, texels_per_unit);
 }
 
 fn is_absent(window: LineWindow) -> bool {
     return window.extent.y < 0.0;
 }
 
-// The windows of all faces around the receiver boxes, found by all lanes together.
-fn find_wanted(lane: u32) {
-    let beside = light.search_margin * vec3f(light.half_width, 0.0, 0.0);
-    var lows: array<vec3f, WINDOWS>;
-    var highs: array<vec3f, WINDOWS>;
-    var demands: array<vec2f, WINDOWS>;
+// Every lane's extents and demand become those of all lanes, in the first place.
+fn join_lanes(lane: u32, low: vec3f, high: vec3f, demand: vec2f) {
+    lane_lows[lane] = low;
+    lane_highs[lane] = high;
+    lane_demands[lane] = demand;
+    for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
+        workgroupBarrier();
+        if lane < stride {
+            lane_lows[lane] = min(lane_lows[lane], lane_lows[lane + stride]);
+            lane_highs[lane] = max(lane_highs[lane], lane_highs[lane + stride]);
+            lane_demands[lane] += lane_demands[lane + stride];
+        }
+    }
+    workgroupBarrier();
+}
+
+// What the occluders take of every face that may shadow a receiver in the box [low, high], seen from anywhere on the light: a
+// point that some sample does not see lies there in all maps. The rest of a map is lit, and needs no texels.
+fn bound_occluders(lane: u32, low_ls: vec3f, high_ls: vec3f) {
+    let light_reach = vec3f(light.half_width, 0.0, 0.0);
     for (var i = 0u; i < WINDOWS; i++) {
         lows[i] = NOTHING;
         highs[i] = -NOTHING;
+    }
+    for (var i = lane; i < light.occluder_count; i += LANES) {
+        let box = occluder_boxes[i];
+        let center = to_light_space(light, 0.5 * (box.low_ws + box.high_ws) - light.center_ws);
+        let half = 0.5 * (box.high_ws - box.low_ws);
+        let reach = vec3f(dot(abs(light.right_ws), half), dot(abs(light.up_ws), half), dot(abs(light.back_ws), half));
+        if !can_shadow(center - reach, center + reach, low_ls, high_ls, -light_reach, light_reach) {
+            continue;
+        }
+        for (var window = 0u; window < WINDOWS; window++) {
+            let extent = window_extent(window, center - reach, center + reach);
+            lows[window] = min(lows[window], extent.low);
+            highs[window] = max(highs[window], extent.high);
+        }
+    }
+    for (var window = 0u; window < WINDOWS; window++) {
+        join_lanes(lane, lows[window], highs[window], vec2f(0.0));
+        let room = OCCLUDER_ROOM * max(lane_highs[0] - lane_lows[0], vec3f(0.0));
+        limit_lows[window] = vec2f(min(lane_lows[0].x, lane_lows[0].z), lane_lows[0].y) - room.xy;
+        limit_highs[window] = vec2f(max(lane_highs[0].x, lane_highs[0].z), lane_highs[0].y) + room.xy;
+        if window < LINE_FACES || window == WIDE_FRONT {
+            limit_lows[window].x = max(limit_lows[window].x, -LINE_LIMIT);
+            limit_highs[window].x = min(limit_highs[window].x, LINE_LIMIT);
+        }
+        workgroupBarrier();
+    }
+}
+
+// The windows of all faces around the receiver boxes, found by all lanes together.
+fn find_wanted(lane: u32) {
+    let beside = light.search_margin * vec3f(light.half_width, 0.0, 0.0);
+    var low_ls = NOTHING;
+    var high_ls = -NOTHING;
+    for (var i = lane; i < light.box_count; i += LANES) {
+        if receiver_boxes[i].count > 0.0 {
+            low_ls = min(low_ls, receiver_boxes[i].low);
+            high_ls = max(high_ls, receiver_boxes[i].high);
+        }
+    }
+    join_lanes(lane, low_ls, high_ls, vec2f(0.0));
+    low_ls = lane_lows[0];
+    high_ls = lane_highs[0];
+    workgroupBarrier();
+    for (var i = 0u; i < WINDOWS; i++) {
+        limit_lows[i] = vec2f(-LINE_LIMIT);
+        limit_highs[i] = vec2f(LINE_LIMIT);
+    }
+    if is_around_occluders && light.half_width > 0.0 {  // without a length, the shadow is to be that of `hard`
+        bound_occluders(lane, low_ls, high_ls);
+    }
+
+    for (var i = 0u; i < WINDOWS; i++) {
+        lows[i] = NOTHING;
+        highs[i] = -NOTHING;
+        demands[i] = vec2f(0.0);
     }
     for (var i = lane; i < light.box_count; i += LANES) {
         let box = receiver_boxes[i];
@@ -145,20 +231,9 @@ fn find_wanted(lane: u32) {
         }
     }
     for (var window = 0u; window < WINDOWS; window++) {
-        lane_lows[lane] = lows[window];
-        lane_highs[lane] = highs[window];
-        lane_demands[lane] = demands[window];
-        for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
-            workgroupBarrier();
-            if lane < stride {
-                lane_lows[lane] = min(lane_lows[lane], lane_lows[lane + stride]);
-                lane_highs[lane] = max(lane_highs[lane], lane_highs[lane + stride]);
-                lane_demands[lane] += lane_demands[lane + stride];
-            }
-        }
-        workgroupBarrier();
+        join_lanes(lane, lows[window], highs[window], demands[window]);
         let demand = light.texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0);
-        wanted[window] = shared_window(lane_lows[0], lane_highs[0], demand);
+        wanted[window] = shared_window(lane_lows[0], lane_highs[0], limit_lows[window], limit_highs[window], demand);
         workgroupBarrier();
     }
 }

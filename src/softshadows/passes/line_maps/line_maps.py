@@ -17,6 +17,8 @@ What a technique may rely on, for samples i = 0 … n − 1 evenly spaced from t
       `covering_texel(sight)`, and `sight_is_lit(sight)`, the hard test. Where `is_rectified(sight)` is false the
       receiver lies in a cap (more than 76° from the light's normal) or outside all maps: only the hard test holds
       there.
+    - With `is_around_occluders` the windows hold only what some occluder takes of a map, seen from anywhere on the
+      light: what lies outside is lit from all samples.
     - `reach` half lights of room along u, beside the receivers in view, for occluders' edges just out of the picture.
 
 Per light: `encode_receivers`, `encode_fit`, then `encode_maps(stage)`. Which samples a stage draws is a word of bits in
@@ -45,6 +47,7 @@ from softshadows.passes.shadow_atlas.shadow_atlas import (
     SHADOW_STRUCTS,
     AtlasPlan,
     DrawView,
+    OccluderBox,
     ReceiverBox,
     SampledLight,
     ShadowAtlas,
@@ -135,6 +138,7 @@ class LineMaps:
         bias_scale: float = 1.0,
         reach: float = 1.0,
         texels_per_pixel: float = 2.0,
+        is_around_occluders: bool = False,
     ) -> None:
         assert plan.samples <= MOST_SAMPLES
         self.plan, self._gpu = plan, gpu
@@ -153,9 +157,11 @@ class LineMaps:
         self.state = gpu.storage_buffer(dtype(LineState).itemsize, "the state of the maps")
         self.requests = gpu.storage_buffer(4 * plan.chunks, "the requested samples")
         self.bytes = atlas.bytes + self._windows.size + self.state.size + self.requests.size
-        structs = (ReceiverBox, DrawView, LineWindow, LineState, Stage, *SHADOW_STRUCTS)
+        structs = (ReceiverBox, OccluderBox, DrawView, LineWindow, LineState, Stage, *SHADOW_STRUCTS)
         boxed = {0: atlas.light, 2: atlas.boxes, 3: atlas.views, 6: atlas.drawn}
-        self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", structs, {0: boxed, 1: {0: self._windows, 1: self.state}})
+        fitted = {0: self._windows, 1: self.state, 4: scene.occluder_boxes}
+        constants = {"is_around_occluders": is_around_occluders}
+        self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", structs, {0: boxed, 1: fitted}, constants)
         listed = {
             0: atlas.light,
             1: atlas.samples,

@@ -64,15 +64,15 @@ def read_maps(renderer: Any) -> SoftMapContents:
     size = plan.atlas_size
 
     layout = {"bytes_per_row": 4 * size, "rows_per_image": size}
-    texels = np.frombuffer(queue.read_texture({"texture": maps.channels}, layout, (size, size, 1)), "<f2")
-    control = np.frombuffer(queue.read_buffer(maps.control), dtype(Control))[0]
-    skins = np.frombuffer(queue.read_buffer(maps.skins), dtype(Skin))
+    texels = np.asarray(queue.read_texture({"texture": maps.channels}, layout, (size, size, 1))).view("<f2")
+    control = np.asarray(queue.read_buffer(maps.control)).view(dtype(Control))[0]
+    skins = np.asarray(queue.read_buffer(maps.skins)).view(dtype(Skin))
     return SoftMapContents(
         samples=[sample for sample in range(plan.samples) if int(control["samples"]) >> sample & 1],
         tile=plan.tile,
         tiles_per_row=plan.tiles_per_row,
         channels=texels.reshape(size, size, 2).astype(np.float32),
-        views=np.frombuffer(queue.read_buffer(maps.maps.atlas.views), dtype(ShadowView)),
+        views=np.asarray(queue.read_buffer(maps.maps.atlas.views)).view(dtype(ShadowView)),
         skins=skins[: min(int(control["skins"]), len(skins))],
     )
 

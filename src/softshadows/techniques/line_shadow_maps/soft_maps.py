@@ -104,7 +104,9 @@ class SoftMaps:
             stages=self._stages,
             bytes_per_texel=BYTES_PER_TEXEL,
         )
-        self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale)
+        self.maps = LineMaps(
+            gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale, is_around_occluders=True
+        )
         self._make_resources()
         self._make_kernels()
         self._pipelines = self._make_pipelines()
