@@ -29,7 +29,7 @@ Departures from the paper
       coarsely; where a level's maps exceed the memory budget they shrink, or are drawn one batch after the other.
     - `filter="cell"` is an addition: a sample beside a silhouette stands for the part of the light around it. Nine taps
       in its map, spread by the occluder's distance, turn the band between two samples into a ramp.
-    - `jitter` moves the samples beside the lattice's points. `Renderer.refine` averages frames with ever other ones, for
+    - `jitter` moves the samples beside the lattice's points. `Renderer.refine` averages frames with other ones, for
       a picture that converges while nothing moves.
 
 Use when
