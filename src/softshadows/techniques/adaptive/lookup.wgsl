@@ -46,7 +46,8 @@ fn cs_lookup(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     // The batch's samples: in order, so all new ones that the tree requests between the first and the last.
     let first = control.ranked[step.first_rank];
     let last = control.ranked[min(step.first_rank + step.samples_per_batch, count) - 1u];
-    for (var row = first / shape.columns; row <= last / shape.columns; row++) {
+    let rows_apart = select(1u, spacing(step.level), shape.has_rows == 1u);
+    for (var row = first / shape.columns; row <= last / shape.columns; row += rows_apart) {
         let requested = requests[tree_of(tile) * shape.sample_rows + row] & new_samples(row) & bits_between(row, first, last);
         var visible = 0u;
         for (var rest = select(0u, requested, surface.is_surface); rest != 0u; rest &= rest - 1u) {
