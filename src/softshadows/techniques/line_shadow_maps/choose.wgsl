@@ -1,8 +1,8 @@
 // Where two samples know too little of what lies between them: samples inserted where the one in their middle contradicts them.
 //
-// A pixel that sees both outer samples but not the middle one, or the middle one but neither outer, has a shadow or a gap
-// between them. If the rows of the outer maps do not show it either, they say something else of the middle than it sees itself.
-// Where too many pixels say so, both halves get a sample in their middle.
+// What both outer samples see, the middle one should see, unless the rows of the outer maps show a shadow there. What neither
+// sees, it should see only where the rows show a gap. Where too many pixels say otherwise, both halves get a sample in their
+// middle.
 
 //#include "receiver.wgsl"
 //#include "../../passes/line_maps/line_map.wgsl"
@@ -43,11 +43,11 @@ fn is_contradicted(middle: u32, step: u32, receiver: LightReceiver) -> bool {
         return false;
     }
     let middle_is_seen = sight_is_lit(line_sight(middle, receiver));
-    if outer_are_seen == middle_is_seen {
+    if outer_are_seen && middle_is_seen {
         return false;
     }
     if !knows_rows || !is_rectified(start) || !is_rectified(end) {
-        return true;
+        return outer_are_seen != middle_is_seen;
     }
     let length = light_samples[middle + step].x - light_samples[middle - step].x;
     return hidden_in_rows(start, end, length) == select(0.0, 1.0, middle_is_seen);
