@@ -84,7 +84,7 @@ class LineShadowMaps(Technique):
     )
     max_samples: int = option(default=9, help="the most that auto may take", choices=(3, 5, 9, 17))
     tolerance: float = option(
-        default=0.001, help="share of pixels with contradictions that auto accepts", low=0.0, high=1.0
+        default=0.0001, help="share of pixels with contradictions that auto accepts", low=0.0, high=1.0
     )
     transition: str = option(
         default="rational",
