@@ -19,6 +19,17 @@ fn light_receiver(position_ws: vec3f, normal_ws: vec3f) -> LightReceiver {
     return LightReceiver(to_light_space(light, position_ws - light.center_ws), to_light_space(light, normal_ws));
 }
 
+// The view of the light's only sample that holds an atlas texel, as (origin, end); empty outside all of them.
+fn view_around(texel: vec2u) -> vec4u {
+    for (var i = 0u; i < FACES; i++) {
+        let view = shadow_views[i];
+        if all(texel >= view.origin) && all(texel < view.origin + view.size) {
+            return vec4u(view.origin, view.origin + view.size);
+        }
+    }
+    return vec4u(0u);
+}
+
 // A receiver as one light sample sees it: the view that covers it, where in the window, and the receiver's plane.
 struct Sight {
     possible: bool,      // false: below the receiver's horizon, or behind a one-sided light
@@ -67,8 +78,12 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
     return sight;
 }
 
+// How often this invocation has read the map, for techniques that report it; elsewhere a compiler drops it.
+var<private> map_reads: u32;
+
 // Closeness of the first occluder in a texel of the sight's view, 0 where there is none.
 fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
+    map_reads++;
     return textureLoad(shadow_atlas, shadow_views[sight.view].origin + texel, 0) / light.depth_scale;
 }
 

@@ -16,6 +16,7 @@ from softshadows.techniques.pcf.pcf import Pcf
 from softshadows.techniques.pcss.pcss import Pcss
 from softshadows.techniques.penumbra_wedges.penumbra_wedges import PenumbraWedges
 from softshadows.techniques.uniform.uniform import Uniform
+from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra
 from softshadows.techniques.vsm.vsm import Vsm
 
 TECHNIQUES: dict[str, type[Technique]] = {
@@ -28,6 +29,7 @@ TECHNIQUES: dict[str, type[Technique]] = {
         Vsm,
         Uniform,
         Adaptive,
+        VariablePenumbra,
         LineShadowMaps,
         OccludingEdges,
         PenumbraWedges,
@@ -46,6 +48,7 @@ __all__ = [
     "Technique",
     "Uniform",
     "Unshadowed",
+    "VariablePenumbra",
     "Vsm",
     "make_technique",
 ]

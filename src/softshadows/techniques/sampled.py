@@ -14,7 +14,7 @@ import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import shader_module
-from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms
+from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk, SampledLight, ShadowAtlas, plan_atlas
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
@@ -66,9 +66,13 @@ class SampledPass(TechniquePass):
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
-        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS, *SCENE_STRUCTS))
+        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS))
         self._constants = dict(constants or {})
+        # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage.
+        self._unused_layout = device.create_bind_group_layout(entries=[])
+        self._unused = device.create_bind_group(layout=self._unused_layout, entries=[])
         buffers = [context.visibility, *extra_buffers]
+        self._extra_bytes = sum(buffer.size for buffer in extra_buffers)
         layouts = [{"binding": i, "visibility": compute, "buffer": {"type": "storage"}} for i in range(len(buffers))]
         self._target_layout = device.create_bind_group_layout(entries=layouts)
         entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
@@ -97,7 +101,7 @@ class SampledPass(TechniquePass):
         self._turns = [(self._atlases[count], index) for count, index in turns]
         self.shadow_maps = sum(count for count, _ in turns)
         self.lookups_per_pixel = float(sum(self._lookups(count) for count, _ in turns))
-        self.bytes = sum(atlas.bytes for atlas in self._atlases.values())
+        self.bytes = sum(atlas.bytes for atlas in self._atlases.values()) + self._extra_bytes
 
     def _new_atlas(self, count: int) -> ShadowAtlas:
         context = self._context
@@ -144,7 +148,7 @@ class SampledPass(TechniquePass):
         with commands.compute(label) as compute:
             compute.set_pipeline(self._lookup_pipeline(atlas, entry))
             compute.set_bind_group(0, context.gbuffer.receiver_bindings)
-            compute.set_bind_group(1, context.scene.bindings)
+            compute.set_bind_group(1, self._unused)
             compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
             compute.set_bind_group(3, self._target)
             compute.dispatch_workgroups(*groups)
@@ -152,7 +156,7 @@ class SampledPass(TechniquePass):
     def _lookup_pipeline(self, atlas: ShadowAtlas, entry: str) -> wgpu.GPUComputePipeline:
         if entry not in self._pipelines:
             context = self._context
-            layouts = [context.gbuffer.receiver_layout, context.scene.layout, atlas.lookup_layout, self._target_layout]
+            layouts = [context.gbuffer.receiver_layout, self._unused_layout, atlas.lookup_layout, self._target_layout]
             compute = {"module": self._module, "entry_point": entry, "constants": self._constants}
             layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
             self._pipelines[entry] = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)

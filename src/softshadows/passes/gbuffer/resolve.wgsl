@@ -7,7 +7,7 @@
 
 @group(0) @binding(1) var triangle_numbers: texture_2d<u32>;
 @group(0) @binding(2) var g_position: texture_storage_2d<rgba32float, write>;  // xyz world, w = linear view depth, 0 = no surface
-@group(0) @binding(3) var g_normal: texture_storage_2d<rgba32float, write>;    // geometric normal facing the viewer
+@group(0) @binding(3) var g_normal: texture_storage_2d<rgba32float, write>;    // geometric normal facing the viewer, triangle
 @group(0) @binding(4) var g_material: texture_storage_2d<rgba32uint, write>;   // see packing.wgsl and lighting.wgsl
 
 const NO_NORMAL = 0xffffffffu;
@@ -102,7 +102,7 @@ fn cs_resolve(@builtin(global_invocation_id) id: vec3u) {
     }
 
     textureStore(g_position, id.xy, vec4f(position_ws, depth));
-    textureStore(g_normal, id.xy, vec4f(geometric_normal_ws, 0.0));
+    textureStore(g_normal, id.xy, vec4f(geometric_normal_ws, f32(triangle)));
     textureStore(g_material, id.xy, vec4u(
         pack_normal(normal_ws),
         pack4x8unorm(vec4f(linear_to_srgb(color), 1.0)),

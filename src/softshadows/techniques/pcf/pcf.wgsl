@@ -2,6 +2,7 @@
 
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
+//#include "texel_filter.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;  // in half kernels
@@ -15,14 +16,7 @@ fn filter_shadow(receiver: LightReceiver) -> f32 {
     if !sight.possible || !sight.covered {
         return select(0.0, 1.0, sight.possible);
     }
-    let view = shadow_views[sight.view];
-    let texel = (sight.position - view.window_low) * view.texels_per_unit;
-    var lit = 0.0;
-    for (var i = 0u; i < tap_count; i++) {
-        let tap = clamp(texel + taps[i] * half_kernel_texels, vec2f(0.0), vec2f(view.size) - 1.0);
-        lit += select(0.0, 1.0, texel_is_lit(sight, vec2u(tap)));
-    }
-    return lit / f32(tap_count);
+    return lit_share(sight, 0u, tap_count, half_kernel_texels);
 }
 
 @compute @workgroup_size(8, 8)

@@ -4,9 +4,9 @@ Paper
     [Fernando2005]  Fernando, "Percentage-Closer Soft Shadows", SIGGRAPH 2005 sketches.
 
 Section map
-    [Fernando2005 §blocker search]       mean distance of nearer texels             -> pcss.wgsl mean_blocker_share()
-    [Fernando2005 §penumbra estimation]  w (d_receiver - d_blocker) / d_blocker     -> pcss.wgsl penumbra_half_extent()
-    [Fernando2005 §filtering]            PCF as wide as the penumbra                -> pcss.wgsl filter_shadow()
+    [Fernando2005 §blocker search]       mean distance of nearer texels    -> pcss.wgsl mean_blocker_share()
+    [Fernando2005 §penumbra estimation]  w (d_rec. - d_bl.) / d_bl.        -> light_filter.wgsl penumbra_half_extent()
+    [Fernando2005 §filtering]            PCF as wide as the penumbra       -> light_filter.wgsl filter_shadow()
 
 Departures from the paper
     - Search and filter regions have the light's own shape and orientation, in metres, instead of a square in the map:

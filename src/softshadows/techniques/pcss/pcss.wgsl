@@ -2,6 +2,7 @@
 
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
+//#include "light_filter.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;           // blocker taps, then filter taps
@@ -18,28 +19,6 @@ fn cs_nearest(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < textureDimensions(shadow_atlas)) {
         atomicMax(&nearest_bits, bitcast<u32>(textureLoad(shadow_atlas, id.xy, 0)));
     }
-}
-
-// Where tap `i` of `count` lies on the light, from -1 to 1: on a line the taps spread over its length.
-fn tap_on_light(i: u32, first: u32, count: u32) -> vec2f {
-    let on_line = vec2f((2.0 * f32(i) + 1.0) / f32(count) - 1.0, 0.0);
-    return select(taps[first + i], on_line, light.half_height == 0.0);
-}
-
-// A tap outside a round light does not count.
-fn is_on_light(tap: vec2f) -> bool {
-    return light.is_round == 0u || dot(tap, tap) <= 1.0;
-}
-
-// The receiver as the light's centre sees it beside the receiver's point, `offset` metres parallel to the light.
-fn sight_beside(receiver: LightReceiver, offset: vec2f) -> Sight {
-    return sight_through(0u, receiver, receiver.point + vec3f(offset, 0.0));
-}
-
-// Half the extent, at the receiver's depth, of the region in which a blocker `ratio` times as close as the receiver hides some of
-// the light. [Fernando2005 §penumbra estimation] w (d_receiver - d_blocker) / d_blocker
-fn penumbra_half_extent(ratio: f32) -> vec2f {
-    return vec2f(light.half_width, light.half_height) * max(ratio - 1.0, 0.0);
 }
 
 // The search region suits the map's nearest occluder; half of the taps shrink towards the centre, where the blockers that are
@@ -79,22 +58,6 @@ fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
     return select(-1.0, sum / max(blockers, 1.0), blockers > 0.0);
 }
 
-// [Fernando2005 §filtering] The share of lit taps in a kernel as wide as the penumbra.
-fn filter_shadow(receiver: LightReceiver, half_extent: vec2f) -> f32 {
-    var lit = 0.0;
-    var count = 0.0;
-    for (var i = 0u; i < filter_taps; i++) {
-        let tap = tap_on_light(i, blocker_taps, filter_taps);
-        let sight = sight_beside(receiver, tap * half_extent);
-        if !is_on_light(tap) || !sight.covered {
-            continue;  // beyond the map nothing is known
-        }
-        count += 1.0;
-        lit += select(0.0, 1.0, texel_is_lit(sight, covering_texel(sight)));
-    }
-    return select(0.0, lit / count, count > 0.0);
-}
-
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= frame.size) {
@@ -114,6 +77,6 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     }
     let blocker_share = mean_blocker_share(receiver, center);
     if blocker_share > 0.0 {
-        visibility[pixel] = filter_shadow(receiver, penumbra_half_extent(1.0 / blocker_share));
+        visibility[pixel] = filter_shadow(receiver, penumbra_half_extent(1.0 / blocker_share), blocker_taps, filter_taps);
     }
 }

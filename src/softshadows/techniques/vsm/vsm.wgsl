@@ -22,17 +22,6 @@ fn texel_index(texel: vec2u) -> u32 {
     return texel.y * light.atlas_size + texel.x;
 }
 
-// The view that holds an atlas texel, as (origin, end); empty outside all views, which are never read.
-fn view_around(texel: vec2u) -> vec4u {
-    for (var i = 0u; i < FACES; i++) {
-        let view = shadow_views[i];
-        if all(texel >= view.origin) && all(texel < view.origin + view.size) {
-            return vec4u(view.origin, view.origin + view.size);
-        }
-    }
-    return vec4u(0u);
-}
-
 // [Donnelly2006 §3] The two moments of depth, filtered by a box along rows ...
 @compute @workgroup_size(8, 8)
 fn cs_filter_rows(@builtin(global_invocation_id) id: vec3u) {

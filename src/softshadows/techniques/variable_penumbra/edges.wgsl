@@ -1,0 +1,85 @@
+// Edges of the shadow map: what the mask is made from, and what both kinds of it share.
+
+//#include "receiver.wgsl"
+//#include "shadow_map.wgsl"
+
+@group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
+@group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;
+@group(3) @binding(2) var<storage, read_write> mask: array<atomic<u32>>;
+@group(3) @binding(3) var<storage, read_write> span: Span;
+@group(3) @binding(4) var<storage, read_write> counters: array<Reads, COUNTERS>;
+
+// What the map holds, as bits of its floats, which sort like the floats when those are positive.
+struct Span {
+    nearest: atomic<u32>,
+    inverted_farthest: atomic<u32>,  // so that 0 stands for nothing yet
+    solid_triangles: u32,            // in front of all others: the occluders of a scene without self-shadowing
+};
+
+struct Reads {
+    reads: atomic<u32>,
+    pixels: atomic<u32>,  // that looked into the map
+};
+
+override neighbours: u32;       // of the edge filter, 4 or 8
+override self_shadowing: bool;
+
+const COUNTERS = 128u;          // so that pixels rarely wait for each other
+
+// The nearest and the farthest surface in the map.
+@compute @workgroup_size(8, 8)
+fn cs_span(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(shadow_atlas)) {
+        return;
+    }
+    let bits = bitcast<u32>(textureLoad(shadow_atlas, id.xy, 0));
+    if bits != 0u {
+        if bits > atomicLoad(&span.nearest) {
+            atomicMax(&span.nearest, bits);
+        }
+        if ~bits > atomicLoad(&span.inverted_farthest) {
+            atomicMax(&span.inverted_farthest, ~bits);
+        }
+    }
+}
+
+fn nearest_closeness() -> f32 {
+    return bitcast<f32>(atomicLoad(&span.nearest)) / light.depth_scale;
+}
+
+fn farthest_closeness() -> f32 {
+    return bitcast<f32>(~atomicLoad(&span.inverted_farthest)) / light.depth_scale;
+}
+
+fn texel_closeness(texel: vec2u) -> f32 {
+    return textureLoad(shadow_atlas, texel, 0) / light.depth_scale;
+}
+
+// Does a view hold the texel and all its neighbours? At a view's border a plane's slope would look like an edge.
+fn has_neighbours(texel: vec2u) -> bool {
+    let view = view_around(texel);
+    return view.z != 0u && all(texel > view.xy) && all(texel + 1u < view.zw);
+}
+
+// Does the filter look at the texel `step` away?
+fn is_neighbour(step: vec2i) -> bool {
+    let distance = abs(step.x) + abs(step.y);
+    return distance == 1 || (neighbours == 8u && distance == 2);
+}
+
+// A straight edge then answers alike to both filters, which see one and three of its texels.
+fn straight_edge_neighbours() -> f32 {
+    return select(1.0, 3.0, neighbours == 8u);
+}
+
+// Solid things that cast but do not receive.
+fn is_only_occluder(surface: Receiver) -> bool {
+    return !self_shadowing && surface.triangle < f32(span.solid_triangles);
+}
+
+// Remember that a pixel looked into the map, and what it cost beside the map's own reads.
+fn count_reads(workgroup: vec3u, other_reads: u32) {
+    let counter = (workgroup.x + 7u * workgroup.y) % COUNTERS;
+    atomicAdd(&counters[counter].reads, map_reads + other_reads);
+    atomicAdd(&counters[counter].pixels, 1u);
+}

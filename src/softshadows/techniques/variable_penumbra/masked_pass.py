@@ -1,0 +1,80 @@
+"""The passes of variable penumbra: the map, the span of its depths, the mask of its edges, visibility."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext
+from softshadows.techniques.sampled import SampledPass, center_sample
+
+COUNTERS = 128
+"""Of edges.wgsl: pairs of reads and the pixels that made them."""
+SPAN_BYTES, SPAN_FOUND_BYTES = 16, 8
+
+
+class MaskedPass(SampledPass):
+    """Filters what a mask of `mask_bytes` says, which an entry `cs_mask` of the shader makes from the map."""
+
+    def __init__(
+        self,
+        context: RenderContext,
+        shader: Path,
+        *,
+        resolution: int | str,
+        largest_lookups: int,
+        constants: Mapping[str, float],
+        taps: wgpu.GPUBuffer,
+        mask_bytes: int,
+        takes_center_only: bool,
+        margin_texels: int,
+        search_margin: float,
+    ) -> None:
+        gpu, usage = context.gpu, wgpu.BufferUsage
+        self._mask = gpu.storage_buffer(mask_bytes, "the mask of a shadow map")
+        self._span = gpu.device.create_buffer(size=SPAN_BYTES, usage=usage.STORAGE | usage.COPY_DST)
+        self._counters = gpu.storage_buffer(8 * COUNTERS, "the counters of reads")
+        super().__init__(
+            context,
+            shader,
+            samples_of=center_sample,
+            resolution=resolution,
+            lookups=lambda _: float(largest_lookups),
+            constants=constants,
+            extra_buffers=[taps, self._mask, self._span, self._counters],
+            takes_center_only=takes_center_only,
+            margin_texels=margin_texels,
+            search_margin=search_margin,
+        )
+
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        super().set_lights(lights)
+        solid = np.array([self._context.scene.solid_count], np.uint32)
+        self._context.gpu.device.queue.write_buffer(self._span, SPAN_FOUND_BYTES, solid)
+
+    def encode(self, commands: Commands) -> None:
+        commands.encoder.clear_buffer(self._counters)
+        super().encode(commands)
+
+    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        commands.encoder.clear_buffer(self._mask)
+        commands.encoder.clear_buffer(self._span, 0, SPAN_FOUND_BYTES)
+        groups = -(-atlas.plan.atlas_size // 8)
+        self._dispatch(commands, atlas, chunk, "cs_span", "span", (groups, groups))
+        self._dispatch(commands, atlas, chunk, "cs_mask", "mask", (groups, groups))
+        super()._encode_lookups(commands, atlas, chunk)
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        return {"reads": (self._counters, "<u4", (COUNTERS, 2))}
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+        """Reads of a pixel that looks into the map, summed over lights."""
+        reads, pixels = results["reads"].sum(axis=0, dtype=np.int64)
+        self.lookups_per_pixel = len(self._turns) * float(reads) / max(int(pixels), 1)

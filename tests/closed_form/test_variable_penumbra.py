@@ -1,0 +1,230 @@
+"""Variable penumbra against its paper's fidelity checks (papers.md 2.8): filters, bands, mask, reads, widths."""
+
+from __future__ import annotations
+
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import softshadows as ss
+import stage
+from softshadows.gpu.device import acquire
+from softshadows.techniques.pcf import pcf
+from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.techniques.taps import taps, upload_taps
+from softshadows.techniques.uniform import uniform
+from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra, mip_level
+
+SIZE = (160, 120)
+RESOLUTION = 256
+DOWN = ss.DirectionalLight((0.0, -1.0, 0.0), stage.WHITE)
+SLANTED = ss.DirectionalLight((-0.3, -1.0, -0.2), stage.WHITE)
+POINT = stage.LIGHTS["point"]
+BOX = stage.box((-0.6, 0.0, -0.5), (0.3, 1.1, 0.4))
+make = partial(VariablePenumbra, resolution=RESOLUTION)
+
+
+def build_with_margin(monkeypatch: pytest.MonkeyPatch, cls: type, margin: int, shader: Path, **options: Any) -> None:
+    """Give a technique the margin of another, so that both have the same map."""
+    monkeypatch.setattr(
+        cls,
+        "build",
+        lambda self, context: SampledPass(
+            context,
+            shader,
+            samples_of=center_sample,
+            takes_center_only=True,
+            resolution=self.resolution,
+            lookups=float,
+            margin_texels=margin,
+            **dict[str, Any]({key: value(context) if callable(value) else value for key, value in options.items()}),
+        ),
+    )
+
+
+def hard_frame(scene: ss.Scene, technique: VariablePenumbra, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
+    """The hard shadow in the map that `technique` has."""
+    shader = Path(uniform.__file__).with_name("uniform.wgsl")
+    with monkeypatch.context() as patch:
+        build_with_margin(patch, ss.techniques.Hard, margin_of(technique), shader)
+        return stage.render(scene, ss.techniques.Hard(resolution=RESOLUTION), SIZE)
+
+
+def pcf_frame(scene: ss.Scene, kernel: int, pattern: str, margin: int, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
+    """Plain PCF, everywhere, in a map with that margin."""
+    shader = Path(pcf.__file__).with_name("pcf.wgsl")
+    with monkeypatch.context() as patch:
+        build_with_margin(
+            patch,
+            ss.techniques.Pcf,
+            margin,
+            shader,
+            constants={"tap_count": kernel**2, "half_kernel_texels": kernel / 2},
+            extra_buffers=lambda context: [upload_taps(context.gpu, taps(pattern, kernel**2))],
+        )
+        return stage.render(scene, ss.techniques.Pcf(resolution=RESOLUTION), SIZE)
+
+
+def margin_of(technique: VariablePenumbra) -> int:
+    kernels = (
+        [technique.kernel]
+        if technique.mask == "fixed"
+        else [technique.blue_kernel, technique.green_kernel, technique.red_kernel]
+    )
+    return 3 << max(mip_level(kernel, technique.pattern) for kernel in kernels) - 1
+
+
+def box_scene(light: Any) -> ss.Scene:
+    return ss.Scene([stage.floor(), BOX], [light], stage.CAMERA)
+
+
+def mask_of(scene: ss.Scene, technique: VariablePenumbra) -> np.ndarray:
+    """The mask as the GPU left it, (cells, cells) uint32, for a map of RESOLUTION²."""
+    with ss.Renderer(scene, technique=technique, size=SIZE) as renderer:
+        renderer.render(stage.CAMERA)
+        words = np.frombuffer(acquire().device.queue.read_buffer(renderer._pass._mask), "<u4")  # type: ignore[attr-defined]
+    side = round(len(words) ** 0.5)
+    return words.reshape(side, side)
+
+
+# -- Where there is no edge --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("neighbours", [4, 8])
+@pytest.mark.parametrize("light", [DOWN, SLANTED, POINT, stage.LIGHTS["spot"]], ids=lambda light: light.kind)
+def test_planes_have_no_edges(light: Any, neighbours: int) -> None:
+    """Check 1: constant or linear depth answers nothing; elsewhere only where the plane ends, out of the picture."""
+    scene = ss.Scene([], [light], ss.Camera((0.5, 3.0, 1.0), (0.0, 0.0, 0.0), 40.0))
+    scene.nodes = [stage.quad([(-30, -3, -30), (-30, -3, 30), (30, 3, 30), (30, 3, -30)])]
+    technique = make(mask="fixed", edge_filter=neighbours)
+    if light.kind == "directional":
+        assert not mask_of(scene, technique).any()
+    frame = stage.render(scene, technique, SIZE)
+    assert frame.stats.lookups_per_pixel == 2.0, "the mask and the map, once each"
+    assert (frame.visibility[0][frame.facing[0]] == 1.0).all()
+
+
+@pytest.mark.parametrize("options", [{"mask": "fixed"}, {}], ids=["fixed", "quantised"])
+@pytest.mark.parametrize("light", [SLANTED, POINT], ids=lambda light: light.kind)
+def test_an_empty_mask_is_the_hard_shadow(light: Any, options: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Checks 1 and 4: bit for bit."""
+    technique = make(edge_scale=0.0, **options)
+    frame = stage.render(box_scene(light), technique, SIZE)
+    assert stage.same_bits(frame.visibility, hard_frame(box_scene(light), technique, monkeypatch).visibility)
+    assert (frame.visibility[0] == 0.0).any()
+
+
+def test_one_tap_outside_the_mask() -> None:
+    """Check 4: a floor under a card that casts no shadow in view reads the mask and the map once each."""
+    scene = ss.Scene([stage.floor(), stage.card(-0.5, 0.5, -0.5, 0.5, 1.0)], [POINT], stage.CAMERA)
+    frame = stage.render(scene, make(edge_scale=0.0), SIZE)
+    assert frame.stats.lookups_per_pixel == 2.0
+
+
+# -- Bands -------------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("neighbours", [4, 8])
+@pytest.mark.parametrize(
+    ("strength", "bands"),
+    [(0.199, 0), (0.201, 1), (0.499, 1), (0.501, 2), (0.799, 2), (0.801, 4)],
+)
+def test_bands_of_a_straight_edge(strength: float, bands: int, neighbours: int) -> None:
+    """Checks 2 and 3: a step over the whole depth answers `edge_scale`, with either filter, and no more."""
+    scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.2, -9.0, 9.0, 1.0)], [DOWN], stage.CAMERA)
+    found = mask_of(scene, make(edge_scale=strength, edge_filter=neighbours))
+    assert set(np.unique(found)) == {0, bands}
+
+
+def test_the_mask_reaches_as_far_as_the_mip_chain() -> None:
+    """Check 7: the cells that a float mip chain, clamped and fetched bilinearly at native resolution, would set."""
+    scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.2, -9.0, 9.0, 1.0)], [DOWN], stage.CAMERA)
+    for kernel, level in ((4, 2), (7, 3), (12, 4)):
+        assert mip_level(kernel, "grid") == level
+        finest = mask_of(scene, make(mask="fixed", kernel=2, pattern="grid"))  # level 1: one texel to a cell
+        coarse = mask_of(scene, make(mask="fixed", kernel=kernel, pattern="grid"))
+        columns = np.flatnonzero((coarse != 0).any(axis=0))
+        width = len(columns) * 2 ** (level - 1)
+        # The edge's texel of that level, and half a texel on each side.
+        assert width == 2 * 2**level
+        assert (finest != 0).any()
+
+
+@pytest.mark.parametrize("pattern", ["grid", "poisson"])
+@pytest.mark.parametrize("kernel", [2, 3, 4, 5, 7])
+@pytest.mark.parametrize("neighbours", [4, 8])
+def test_masked_pcf_is_pcf_on_a_plane(
+    pattern: str, kernel: int, neighbours: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Checks 5 and 6: without self-shadowing, the mask changes nothing on the floor, bit for bit."""
+    technique = make(mask="fixed", kernel=kernel, pattern=pattern, edge_filter=neighbours, self_shadowing=False)
+    for light in (SLANTED, POINT):
+        frame = stage.render(box_scene(light), technique, SIZE)
+        plain = pcf_frame(box_scene(light), kernel, pattern, margin_of(technique), monkeypatch)
+        floor = frame.surface & (np.abs(frame.position[..., 1]) < 1e-4)
+        assert np.array_equal(frame.visibility[0][floor], plain.visibility[0][floor])
+        assert len(np.unique(frame.visibility[0][floor])) >= 4
+        assert (frame.visibility[0][~floor] == 1.0).all(), "solids do not receive"
+        assert frame.stats.lookups_per_pixel < 0.6 * kernel**2 + 2.0
+
+
+# -- Widths ------------------------------------------------------------------------------------------------------------
+
+
+def test_width_takes_four_values_and_grows_with_height() -> None:
+    """Check 8: a half-plane under a light that shines straight down; a post of 2 m in view sets what the map spans."""
+    post = stage.box((0.55, 0.0, 0.15), (0.6, 2.0, 0.2))
+    widths = []
+    for height in (0.2, 0.7, 0.95, 1.1, 1.5, 1.7, 1.9):
+        scene = ss.Scene([stage.floor(), post, stage.card(-9.0, 0.3, -9.0, 9.0, height)], [DOWN])
+        fov = 2.0 * np.degrees(np.arctan(0.3 / (0.9 * height)))
+        camera = ss.Camera((0.3, 0.9 * height, 0.0), (0.3, 0.0, 0.0), fov, up=(0.0, 0.0, -1.0))
+        frame = ss.render(scene, camera, technique=make(pattern="grid"), size=(320, 240))
+        row = frame.visibility[0][160]
+        assert np.abs(frame.position[160, :, 1]).max() < 1e-4, "the row shows the floor"
+        assert (np.diff(row) >= 0.0).all(), "from dark to light, without a jump back"
+        shares = np.unique(row)
+        widths.append(len(shares) - 1 if len(shares) > 2 else 0)
+        assert np.allclose(shares, np.linspace(0.0, 1.0, len(shares)))
+    assert widths == [0, 3, 3, 5, 5, 7, 7]
+
+
+# -- Kernels from the light --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("height", [1.0, 2.5, 4.0])
+def test_width_from_the_light_on_o1(height: float) -> None:
+    """The exact penumbra to 20 % (the issue's bar; 10 % is its aim), where the bands are off by most of it."""
+    exact = 2.0 * 1.0 * height / (10.0 - height)
+    middle = 0.3 * 10.0 / (10.0 - height)
+    scene = ss.scenes.blocker(light_height=10.0, height=height, occluders=[(-60.0, 0.3, -60.0, 60.0)], floor_half=8.0)
+    fov = 2.0 * np.degrees(np.arctan(1.5 * exact / (0.9 * height)))
+    camera = ss.Camera((middle, 0.9 * height, 0.0), (middle, 0.0, 0.0), fov, up=(0.002, 0.0, -1.0))
+
+    @cache
+    def error(kernels: str) -> float:
+        technique = VariablePenumbra(kernels=kernels)
+        frame = ss.render(scene, camera, technique=technique, size=(160, 120))
+        x = frame.position[60, :, 0]
+        width = ss.metrics.penumbra_width(frame.visibility[0][60], float(np.diff(x).mean()))
+        return float(width / 0.8 / exact - 1.0)
+
+    assert abs(error("from_light")) <= 0.1
+    assert error("bands") < -0.5, "the paper's kernels do not know the light"
+
+
+def test_kernels_from_a_light_without_size_are_hard() -> None:
+    scene = stage.standard_scene(ss.RectLight(stage.RECT.position, stage.RECT.target, 0.0, 0.0, stage.WHITE))
+    frame = stage.render(scene, make(kernels="from_light"), SIZE)
+    assert set(np.unique(frame.visibility)) == {0.0, 1.0}
+    assert frame.stats.lookups_per_pixel < 6.0
+
+
+def test_presets_are_the_papers_versions() -> None:
+    assert VariablePenumbra.preset("3/5/7") == VariablePenumbra()
+    assert VariablePenumbra.preset("4x4").mask == "fixed"
+    with pytest.raises(ss.OptionError, match="2/3/5"):
+        VariablePenumbra.preset("9x9")
