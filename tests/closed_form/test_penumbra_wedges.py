@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from functools import cache
 from typing import Any
 
@@ -12,6 +13,7 @@ import softshadows as ss
 import stage
 from softshadows.metrics.leaks import regions
 from softshadows.scene.builtin import shapes
+from softshadows.techniques.penumbra_wedges import dispatches
 from softshadows.truth import closed_form
 
 SIZE = (96, 72)
@@ -198,6 +200,49 @@ def test_union_is_what_rays_to_the_same_points_see(name: str) -> None:
     assert (np.abs(difference) > 2.5).mean() <= 0.001
 
 
+# -- Much geometry -----------------------------------------------------------------------------------------------------
+
+
+@each_blending
+def test_pauses_change_nothing(blending: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tile that pauses often ends with the bits of one that never does; pauses fall into every loop."""
+    scene = stage.standard_scene() if blending == "union" else ss.scenes.sphere_cube(2)
+    at_once = stage.render(scene, wedges(blending))
+    monkeypatch.setattr(dispatches, "ROUNDS", 1250 if blending == "union" else 150)
+    paused = stage.render(scene, wedges(blending))
+    assert paused.stats.gpu_bytes > at_once.stats.gpu_bytes, "states are kept"
+    assert stage.same_bits(paused.visibility, at_once.visibility)
+
+
+@pytest.mark.parametrize("blending", ["overlap", "union"])
+def test_more_triangles_in_a_tile_than_a_driver_counts(blending: str) -> None:
+    """llvmpipe ends an invocation after 65535 rounds of its loops: here 90 000 triangles for one tile."""
+    ball = shapes.node(shapes.sphere(90_000, 0.5), stage.MATT, (0.1, 0.7, 0.1))
+    scene = ss.Scene([stage.floor(), ball], [stage.RECT], stage.CAMERA)
+    frame = stage.render(scene, wedges(blending), (8, 8))
+    seen = ss.truth.visibility_from_points(scene, frame, lattice(frame.lights[0])).mean(axis=0)
+    error = np.abs(frame.visibility[0] - seen)[frame.surface & frame.facing[0]]
+    assert error.max() <= (0.02 if blending == "union" else 0.1)
+
+
+def test_time_grows_with_the_edges() -> None:
+    """Linear within 20 % from 1143 edges to 73 152; in time of the processor, whatever else runs."""
+    edges, seconds = [], []
+    for count in (1, 2, 3, 4):
+        scene = ss.scenes.sphere_cube(count)
+        assert scene.camera is not None
+        with ss.Renderer(scene, technique=wedges(), size=(160, 120)) as renderer:
+            renderer.render(scene.camera)
+            started = [time.process_time()]
+            for _ in range(3):
+                renderer.render(scene.camera)
+                started.append(time.process_time())
+        edges.append(1143 * count**3)
+        seconds.append(np.diff(started).min())
+    line = np.polynomial.Polynomial.fit(edges, seconds, 1)(np.array(edges))
+    assert np.abs(np.array(seconds) / line - 1.0).max() <= 0.2, seconds
+
+
 # -- What the paper gets wrong -----------------------------------------------------------------------------------------
 
 
@@ -290,7 +335,7 @@ def test_meshes_that_are_not_closed_make_no_streaks(name: str, blending: str) ->
 def test_alpha_masks_are_refused_by_name() -> None:
     with pytest.raises(ss.OptionError, match="alpha-masked") as error:
         stage.render(ss.scenes.leaves(), wedges())
-    assert "'uniform'" in str(error.value)
+    assert "Choose 'uniform' or 'adaptive'" in str(error.value)
 
 
 # -- Places ------------------------------------------------------------------------------------------------------------

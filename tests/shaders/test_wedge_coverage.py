@@ -42,7 +42,6 @@ fn add_outline(index: u32) {
     if group + 1u >= arrayLength(&groups) {
         return;
     }
-    begin_combined();
     var sum = 0.0;
     var lit = 1.0;
     for (var i = groups[group]; i < groups[group + 1u]; i++) {

@@ -10,12 +10,6 @@
 //#struct WedgeEdge
 //#struct WedgeCluster
 
-// What only the GPU knows: whether triangles cut through the light, and the most primitives that a receiver had to look at.
-struct Report {
-    light_is_cut: atomic<u32>,
-    most_work: atomic<u32>,
-};
-
 fn to_light_units(vector_ws: vec3f) -> vec3f {
     return vec3f(dot(vector_ws, light.right_per_half), dot(vector_ws, light.up_per_half), dot(vector_ws, light.back_ws));
 }

@@ -22,14 +22,14 @@ struct Part {
     area_sum: i32,     // share and moments while edges are added
     moment_sum: vec2i,
     corners: vec4f,    // winding numbers of (0, 0), (1, 0), (0, 1), (1, 1)
-    has_inner: bool,
+    has_inner: u32,        // 1 where an inner edge was among them
 };
 
 var<private> silhouette: array<Part, PARTS>;
-var<private> combined: array<Part, PARTS>;
+var<private> combined: array<Part, PARTS>;  // zeros: nothing is occluded
 
 fn empty_part() -> Part {
-    return Part(0.0, vec2f(1.0), vec2f(0.0), vec2f(0.0), 0, vec2i(0), vec4f(0.0), false);
+    return Part(0.0, vec2f(1.0), vec2f(0.0), vec2f(0.0), 0, vec2i(0), vec4f(0.0), 0u);
 }
 
 fn begin_silhouette(winding: f32) {
@@ -75,7 +75,7 @@ fn add_chord(k: u32, chord: Chord, weight: f32, is_inner: bool) {
     if exact_rectangles {
         silhouette[k].corners -= weight * vec4f(0.0, chord.crosses_x, chord.crosses_y, crosses_diagonal(chord));
     } else {
-        silhouette[k].has_inner |= is_inner;
+        silhouette[k].has_inner |= u32(is_inner);
     }
 }
 
@@ -95,19 +95,13 @@ fn finish_rectangle(k: u32) {
         return;
     }
     silhouette[k].low = select(part.low, vec2f(0.0), part.corners.x > 0.5);
-    silhouette[k].high = select(vec2f(1.0), part.high, part.has_inner);
+    silhouette[k].high = select(vec2f(1.0), part.high, part.has_inner == 1u);
 }
 
 // Share of the whole light that the silhouette at hand hides, as the standard algorithm has it: not clamped.
 fn silhouette_share() -> f32 {
     let quarters = vec4i(silhouette[0].area_sum, silhouette[1].area_sum, silhouette[2].area_sum, silhouette[3].area_sum);
     return dot(vec4f(quarters) / WHOLE, vec4f(0.25));
-}
-
-fn begin_combined() {
-    for (var k = 0u; k < PARTS; k++) {
-        combined[k] = empty_part();
-    }
 }
 
 fn combined_share() -> f32 {

@@ -34,6 +34,8 @@ Departures from the paper
       turns its front and what turns its back to the light: exact for cards, whose border is always a silhouette.
       Edges with any number of triangles change the count of layers by what lies left and right of them, so holes,
       flipped and doubled faces, T-junctions and Möbius strips make no streaks.
+    - A tile with much in its shaft pauses before a driver gives it up, and the next dispatch goes on with what its
+      receivers know, to the same bits (dispatches.py).
     - The part of the light below a receiver's horizon counts as invisible; the paper leaves that to shading.
     - `centre_of_gravity` is the paper's future work, which says no more than its name: regions are spread over
       their rectangles with a density that rises linearly towards it.
@@ -48,13 +50,14 @@ Fails when
     (scene `blocker` with a box; docs/decisions/0012-penumbra-wedges.md). `additive` is too dark where shadows overlap
     (scene `sphere_cube`), `probabilistic` less so. An object that overlaps itself counts twice. `union` shows bands of
     1/16 under edges that run along its rows, 3.6° off the light's sides. Geometry that cuts through the light, which is
-    reported; so is, on a software rasteriser, a tile whose shaft holds more than it can finish: real scenes of 100 000
-    triangles in small pictures.
+    reported.
 Inputs
     rectangle lights. Scenes without alpha masks.
 Cost
     every pixel looks at the edges and triangles in its tile's shaft: time grows with the geometry near the light's
-    path, not with its width. 48 bytes per edge, 32 per triangle; none per pixel.
+    path, not with its width. 48 bytes per edge, 32 per triangle; none per pixel
+    of a small scene. From about 2600 edges on for `union`, and 25 000 edges and triangles for the others, receivers
+    keep 288 and 672 bytes between dispatches, at most 64 MiB at once.
 """
 
 from __future__ import annotations

@@ -13,7 +13,6 @@
 @group(1) @binding(3) var<storage, read> triangle_records: array<vec4u>;
 @group(1) @binding(4) var<storage, read> triangle_clusters: array<WedgeCluster>;
 @group(1) @binding(5) var<storage, read_write> visibility: array<f32>;
-@group(1) @binding(6) var<storage, read_write> report: Report;
 @group(2) @binding(0) var<uniform> light: WedgeLight;
 @group(3) @binding(0) var<uniform> first_tile_row: vec4u;  // of the band of the image that this dispatch does, in x
 
@@ -43,7 +42,6 @@ var<workgroup> steepest_to_center: array<vec4f, LANES>;
 var<workgroup> deepest: array<f32, LANES>;
 var<workgroup> ballot: array<atomic<u32>, 2>;
 var<workgroup> ballot_result: vec2u;
-var<private> work: u32;  // edges and triangles looked at, and rows of points (union.wgsl)
 var<workgroup> shared_normals: array<vec4f, 192>;
 var<workgroup> shared_planes: array<vec4f, LANES>;
 var<workgroup> shared_edges: array<WedgeEdge, LANES>;
@@ -139,6 +137,57 @@ fn without_first_vote(bits: vec2u) -> vec2u {
     return select(vec2u(0u, bits.y & (bits.y - 1u)), vec2u(bits.x & (bits.x - 1u), bits.y), bits.x != 0u);
 }
 
+fn vote_count(bits: vec2u) -> u32 {
+    return countOneBits(bits.x) + countOneBits(bits.y);
+}
+
+// -- A dispatch's share of the work -------------------------------------------------------------------------------------
+// llvmpipe ends an invocation after 65535 rounds of all its loops, and watchdogs end a dispatch that takes seconds. So a tile pauses
+// before it has taken its share, keeps what its receivers know, and the next dispatch goes on from there (dispatches.py).
+
+override is_in_parts: bool = false;  // may one dispatch not be enough?
+override rounds_of_dispatch: u32 = 50000;
+
+struct Walk {
+    object: u32,            // that the tile is at
+    triangle_cluster: u32,  // the object's next ones
+    edge_cluster: u32,
+    is_done: bool,
+    is_paused: bool,
+    rounds: u32,            // of its loops that this dispatch may still take
+};
+
+var<workgroup> kept_walk: vec4u;
+
+// Where the tile goes on. What is kept is the same for all its receivers, and zeros at first.
+fn begin_walk(lane: u32, kept: vec4u) -> Walk {
+    if lane == 0u {
+        kept_walk = kept;
+    }
+    let shared_walk = workgroupUniformLoad(&kept_walk);
+    return Walk(shared_walk.x, shared_walk.y, shared_walk.z, shared_walk.w == 1u, false, rounds_of_dispatch);
+}
+
+fn kept_of(walk: Walk) -> vec4u {
+    return vec4u(walk.object, walk.triangle_cluster, walk.edge_cluster, u32(!walk.is_paused));
+}
+
+// Place of a receiver's state among those of the band.
+fn state_index(group: vec2u, lane: u32) -> u32 {
+    let columns = (frame.size.x + 7u) / 8u;
+    return (group.y * columns + group.x) * LANES + lane;
+}
+
+// Pause the walk where `most` further rounds may be too many.
+fn must_pause(walk: ptr<function, Walk>, most: u32) -> bool {
+    (*walk).is_paused = (*walk).rounds < most;
+    return (*walk).is_paused;
+}
+
+fn spend(walk: ptr<function, Walk>, rounds: u32) {
+    (*walk).rounds -= min((*walk).rounds, rounds);
+}
+
 // -- Layers: how many triangles lie between the receiver and the light's centre ---------------------------------------
 // The paper draws shadow volumes for it; the result is that of z-fail with an infinite far plane, wherever the camera is.
 // [Forest2006 §4.1]
@@ -185,25 +234,33 @@ fn is_left_of_center(normal_and_turn: vec4f, receiver: vec3f) -> bool {
     return side_of_center(normal_and_turn.xyz, receiver) != (normal_and_turn.w > 0.5);
 }
 
-// Layers of the triangles in `count` clusters from `first` on.
-fn layers_in(lane: u32, receiver: WedgeReceiver, first: u32, count: u32) -> vec2u {
+// Layers of the triangles in `count` clusters from `first` on, or of those up to a pause.
+fn layers_in(lane: u32, receiver: WedgeReceiver, first: u32, count: u32, walk: ptr<function, Walk>) -> vec2u {
     let shaft = shaft_to_center();
     var layers = vec2u(0u);
-    for (var start = 0u; start < count; start += LANES) {
+    for (var start = (*walk).triangle_cluster; start < count; start += LANES) {
+        spend(walk, 1u);
         var is_near = false;
         if start + lane < count {
             let cluster = triangle_clusters[first + start + lane];
             is_near = box_in_shaft(shaft, cluster.low, cluster.high);
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
-            let cluster = triangle_clusters[first + start + first_vote(near)];
-            for (var rest = votes(lane, load_triangle(lane, cluster, shaft)); any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
-                work += 1u;
+            let index = start + first_vote(near);
+            if must_pause(walk, 1u + LANES) {
+                (*walk).triangle_cluster = index;
+                return layers;
+            }
+            let cluster = triangle_clusters[first + index];
+            let in_shaft = votes(lane, load_triangle(lane, cluster, shaft));
+            spend(walk, 1u + vote_count(in_shaft));
+            for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
                 layers += layers_of(first_vote(rest), receiver.point);
             }
             workgroupBarrier();
         }
     }
+    (*walk).triangle_cluster = count;
     return layers;
 }
 
@@ -241,6 +298,5 @@ fn write_visibility(receiver: WedgeReceiver, share: f32) {
     if receiver.exists && (receiver.is_lightable || light.is_second_side == 0u) {
         let dark_or_empty = select(1.0, 0.0, receiver.is_surface);
         visibility[receiver.pixel] = select(dark_or_empty, share, receiver.is_lightable);
-        atomicMax(&report.most_work, work);
     }
 }

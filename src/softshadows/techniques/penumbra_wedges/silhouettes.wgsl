@@ -11,7 +11,7 @@
 @group(1) @binding(6) var<storage, read_write> planes: array<vec4f>;       // by triangle; a point in front is positive
 @group(1) @binding(7) var<storage, read_write> edges: array<WedgeEdge>;
 @group(1) @binding(8) var<storage, read_write> clusters: array<WedgeCluster>;
-@group(1) @binding(9) var<storage, read_write> report: Report;
+@group(1) @binding(9) var<storage, read_write> light_is_cut: atomic<u32>;  // by a triangle
 
 // Are silhouettes those of the light's centre, or of any of its points? [Laine2005 §4]
 override from_every_sample: bool = false;
@@ -120,7 +120,7 @@ fn cs_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_i
         lowest[lane] = min(a, min(b, c));
         highest[lane] = max(a, max(b, c));
         if cuts_light_area(a, b, c) {
-            atomicStore(&report.light_is_cut, 1u);
+            atomicStore(&light_is_cut, 1u);
         }
     }
     write_cluster(cluster, lane, range);

@@ -10,6 +10,8 @@
 
 @group(1) @binding(7) var<storage, read> edge_records: array<vec4u>;  // ends, triangle sides (silhouettes.wgsl)
 
+override edge_rounds: u32 = 18;  // of loops that an edge may take (dispatches.py)
+
 const ROWS = 16u;
 const ROW_BITS = 0xffffu;
 const WORDS = 8u;
@@ -17,7 +19,18 @@ const COUNT_BITS = 6u;          // layers are counted modulo 64
 const CENTER = 7.5;             // the light's centre, as column and as row
 const NEAR = 1e-6;              // an edge is cut this close to the receiver's height, as a share of its farther end's distance from it
 
+// What a receiver keeps between dispatches.
+struct UnionState {
+    walk: vec4u,
+    counts: array<u32, 48>,
+    steps: array<i32, 16>,
+    layers: vec2u,
+};
+
+@group(1) @binding(6) var<storage, read_write> states: array<UnionState>;
+
 var<private> counts: array<u32, 48>;   // [bit][word]
+var<private> layers: vec2u;            // between the receiver and the light's centre
 var<private> steps: array<i32, 16>;    // by row: layers more than in the row before it, on the way from the centre
 
 // The points: row j, column i lies at (16 i + j, 16 j + i) / 128 - 255 / 256 of the light. All 256 have their own x and their own
@@ -36,7 +49,7 @@ fn add_bit(b: u32, word: u32, carry: u32, is_more: bool) -> u32 {
     return carry & select(~before, before, is_more);
 }
 
-// Add the power of two that bit `b` stands for. Written out: see MOST_WORK in wedge_pass.py.
+// Add the power of two that bit `b` stands for. Written out: a loop's rounds are counted (shaft.wgsl).
 fn add_power(b: u32, word: u32, bits: u32, is_more: bool) {
     var carry = bits;
     if b == 0u {
@@ -129,7 +142,6 @@ fn add_silhouette(a: vec3f, b: vec3f, counter_clockwise: bool, left_minus_right:
         if row >= ROWS || end.y <= f32(row) * end.z {
             break;
         }
-        work += 1u;
         let below = start.y - f32(row) * start.z;
         let above = end.y - f32(row) * end.z;
         let at = mix(start, end, below / (below - above));
@@ -195,18 +207,26 @@ fn add_shared_edge(index: u32, receiver: vec3f) {
     add_silhouette(to_lattice(q0), to_lattice(q1), !side_of_center(edge.normal, receiver), left_minus_right);
 }
 
-fn add_edges(lane: u32, receiver: WedgeReceiver) {
+// All edges, or those up to a pause.
+fn add_edges(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
     let shaft = shaft_to_light();
-    for (var start = 0u; start < light.edge_cluster_count; start += LANES) {
+    for (var start = (*walk).edge_cluster; start < light.edge_cluster_count; start += LANES) {
+        spend(walk, 1u);
         var is_near = false;
         if start + lane < light.edge_cluster_count {
             let cluster = edge_clusters[start + lane];
             is_near = box_in_shaft(shaft, cluster.low, cluster.high);
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
-            let cluster = edge_clusters[start + first_vote(near)];
-            for (var rest = votes(lane, load_edge(lane, cluster, shaft)); any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
-                work += 1u;
+            let index = start + first_vote(near);
+            if must_pause(walk, 1u + LANES * edge_rounds) {
+                (*walk).edge_cluster = index;
+                return;
+            }
+            let cluster = edge_clusters[index];
+            let in_shaft = votes(lane, load_edge(lane, cluster, shaft));
+            spend(walk, 1u + vote_count(in_shaft) * edge_rounds);
+            for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
                 if receiver.is_lightable {
                     add_shared_edge(first_vote(rest), receiver.point);
                 }
@@ -243,6 +263,13 @@ fn above_horizon(receiver: WedgeReceiver, row: u32) -> u32 {
 }
 
 fn visible_share(receiver: WedgeReceiver) -> f32 {
+    if light.is_point == 1u {
+        return select(share_above_horizon(receiver), 0.0, any(layers > vec2u(0u)));
+    }
+    for (var word = 0u; word < WORDS; word++) {
+        add_to_word(word, 0xffffffffu, i32(layers.x + layers.y));
+    }
+    add_steps();
     let all_above = share_above_horizon(receiver) == 1.0;
     var visible = 0u;
     for (var word = 0u; word < WORDS; word++) {
@@ -265,18 +292,30 @@ fn cs_visibility(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let receiver = wedge_receiver(group.xy, local.xy);
-    gather_shafts(lane, receiver);
-    let layers = layers_in(lane, receiver, 0u, light.triangle_cluster_count);
-    if light.is_point == 1u {
-        let is_hidden = any(layers > vec2u(0u));
-        write_visibility(receiver, select(share_above_horizon(receiver), 0.0, is_hidden));
+    let slot = state_index(group.xy, lane);
+    var kept = vec4u(0u);
+    if is_in_parts {
+        kept = states[slot].walk;
+    }
+    var walk = begin_walk(lane, kept);
+    if walk.is_done {
         return;
     }
-    for (var word = 0u; word < WORDS; word++) {
-        add_to_word(word, 0xffffffffu, i32(layers.x + layers.y));
+    if is_in_parts {
+        counts = states[slot].counts;
+        steps = states[slot].steps;
+        layers = states[slot].layers;
     }
-    add_edges(lane, receiver);
-    add_steps();
-    write_visibility(receiver, visible_share(receiver));
+    let receiver = wedge_receiver(group.xy, local.xy);
+    gather_shafts(lane, receiver);
+    layers += layers_in(lane, receiver, 0u, light.triangle_cluster_count, &walk);
+    if !walk.is_paused && light.is_point == 0u {
+        add_edges(lane, receiver, &walk);
+    }
+    if is_in_parts {
+        states[slot] = UnionState(kept_of(walk), counts, steps, layers);
+    }
+    if !walk.is_paused {
+        write_visibility(receiver, visible_share(receiver));
+    }
 }

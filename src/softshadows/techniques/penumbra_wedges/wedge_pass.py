@@ -18,13 +18,14 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import OptionError
-from softshadows.gpu.commands import SUBMIT_MS, Commands
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
+from softshadows.techniques.penumbra_wedges.dispatches import TILE, plan
 from softshadows.techniques.penumbra_wedges.edge_buffers import (
     CLUSTER,
     EdgeBuffers,
@@ -35,7 +36,6 @@ from softshadows.techniques.penumbra_wedges.edge_buffers import (
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
-TILE = 8
 GROUPS_PER_ROW = 32768
 """Of a long dispatch, folded into rows (silhouettes.wgsl)."""
 RECEIVER_OFFSET = 2.0**-18
@@ -43,13 +43,6 @@ RECEIVER_OFFSET = 2.0**-18
 around: 4 µm per metre. Four times what frees rays (truth/occluders.py), since light units round once more."""
 THINNEST = 1e-3
 """A light's shorter side over its longer one; a thinner light is taken for one of this shape (papers.md, section 6)."""
-PRIMITIVES_PER_LOOKUP = 80
-"""Edges and triangles of the scene per pixel, in the time of one look-up: 27 spheres of 762 triangles at 192×144."""
-MOST_WORK = 30_000
-"""Steps of one receiver before a software rasteriser may give up: llvmpipe ends eight of them together after 65535
-rounds of all their loops, and they do not all go round alike. For its sake, short loops are written out in the shaders.
-"""
-REPORT_WORDS = 2
 
 
 class WedgeLight(Struct):
@@ -95,7 +88,6 @@ class WedgePass(TechniquePass):
         self._edges = EdgeBuffers(context.gpu, context.scene.geometry)
         self._geometry = context.scene.geometry
         self._written: tuple[Light, ...] | None = None
-        self._bands = self._make_bands()
         self._build()
 
     # -- What the scene decides ----------------------------------------------------------------------------------------
@@ -116,11 +108,14 @@ class WedgePass(TechniquePass):
             "edges": array(dtype(WedgeEdge).itemsize, edges.edge_count, "the silhouettes' edges"),
             "edge_clusters": array(cluster, edges.edge_cluster_count, "the clusters of edges"),
             "triangle_clusters": array(cluster, edges.triangle_cluster_count, "the clusters of triangles"),
-            "report": array(4, REPORT_WORDS, "the report"),
+            "light_is_cut": array(4, 1, "whether a light is cut"),
         }
+        self._plan = plan(gpu, edges, self._context.gbuffer.size, self._constants is None)
+        self._buffers["states"] = array(self._plan.state_bytes, 1, "what receivers keep between dispatches")
         self._kernels = {**self._silhouette_kernels(), "visibility": self._visibility_kernel()}
         self._turns: list[Turn] = []
-        self._band_bindings = [self._kernels["visibility"].bind(3, {0: band}) for band in self._bands]
+        self._bands = [self._band(first_row) for first_row in self._plan.band_rows[:-1]]
+        self._scene_bytes = self.bytes
 
     def _silhouette_kernels(self) -> dict[str, Kernel]:
         scene, edges, buffers = self._context.scene, self._edges, self._buffers
@@ -140,7 +135,7 @@ class WedgePass(TechniquePass):
                 4: edges.triangle_records,
                 5: edges.triangle_ranges,
                 8: buffers["triangle_clusters"],
-                9: buffers["report"],
+                9: buffers["light_is_cut"],
             },
         }
         constants = {"from_every_sample": self._constants is None}
@@ -161,27 +156,22 @@ class WedgePass(TechniquePass):
             3: edges.triangle_records,
             4: buffers["triangle_clusters"],
             5: context.visibility,
-            6: buffers["report"],
+            6: buffers["states"],
         }
         is_union = self._constants is None
         if is_union:
             shared[7] = edges.edge_records
         file = _HERE / ("union.wgsl" if is_union else "wedges.wgsl")
-        return Kernel(context.gpu, file, "cs_visibility", STRUCTS, {0: receivers, 1: shared}, self._constants or {})
+        constants = {**(self._constants or {}), **self._plan.constants}
+        return Kernel(context.gpu, file, "cs_visibility", STRUCTS, {0: receivers, 1: shared}, constants)
 
-    def _make_bands(self) -> list[wgpu.GPUBuffer]:
-        """For each part of the image that one dispatch does, the row of tiles it starts with."""
-        gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
-        rows = -(-height // TILE)
-        primitives = self._edges.edge_count + self._edges.triangle_count
-        self._frame_ms = width * height * primitives / PRIMITIVES_PER_LOOKUP / gpu.lookups_per_ms
-        count = min(rows, 1 + int(self._frame_ms / SUBMIT_MS))
-        self._band_rows = [rows * index // count for index in range(count + 1)]
-        bands = []
-        for first in self._band_rows[:-1]:
-            bands.append(gpu.device.create_buffer(size=16, usage=_USAGE.UNIFORM | _USAGE.COPY_DST))
-            gpu.device.queue.write_buffer(bands[-1], 0, np.array([first, 0, 0, 0], np.uint32))
-        return bands
+    def _band(self, first_row: int) -> wgpu.GPUBindGroup:
+        """The visibility kernel's binding of a band that starts with this row of tiles."""
+        data = np.array([first_row, 0, 0, 0], np.uint32)
+        self.bytes += data.nbytes
+        uniform = self._context.gpu.device.create_buffer(size=data.nbytes, usage=_USAGE.UNIFORM | _USAGE.COPY_DST)
+        self._context.gpu.device.queue.write_buffer(uniform, 0, data)
+        return self._kernels["visibility"].bind(3, {0: uniform})
 
     # -- What the lights decide ----------------------------------------------------------------------------------------
 
@@ -202,6 +192,7 @@ class WedgePass(TechniquePass):
         while len(self._turns) < len(sides):
             self._turns.append(self._new_turn())
         del self._turns[len(sides) :]
+        self.bytes = self._scene_bytes + sum(turn.light.size + turn.objects.size for turn in self._turns)
         for turn, side in zip(self._turns, sides, strict=True):
             self._write_turn(turn, *side)
 
@@ -252,7 +243,7 @@ class WedgePass(TechniquePass):
     # -- A frame -------------------------------------------------------------------------------------------------------
 
     def encode(self, commands: Commands) -> None:
-        commands.encoder.clear_buffer(self._buffers["report"])
+        commands.encoder.clear_buffer(self._buffers["light_is_cut"])
         groups = {
             "cs_planes": -(-self._edges.triangle_count // CLUSTER),
             "cs_edges": self._edges.edge_cluster_count,
@@ -268,19 +259,21 @@ class WedgePass(TechniquePass):
 
     def _encode_visibility(self, commands: Commands, turn: Turn) -> None:
         columns = -(-self._context.gbuffer.size[0] // TILE)
-        rows = self._band_rows
-        for first, end, band in zip(rows[:-1], rows[1:], self._band_bindings, strict=True):
+        rows = self._plan.band_rows
+        for first, end, band in zip(rows[:-1], rows[1:], self._bands, strict=True):
+            if self._plan.parts > 1:
+                commands.encoder.clear_buffer(self._buffers["states"])
             with commands.compute("wedges") as compute:
                 self._kernels["visibility"].begin(compute, {**turn.bindings["visibility"], 3: band})
-                compute.dispatch_workgroups(columns, end - first)
-            commands.account(self._frame_ms / len(self._bands))
+                for _ in range(self._plan.parts):
+                    compute.dispatch_workgroups(columns, end - first)
+            commands.account(self._plan.milliseconds / len(self._bands))
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
-        return {"report": (self._buffers["report"], "<u4", (REPORT_WORDS,))}
+        return {"light_is_cut": (self._buffers["light_is_cut"], "<u4", (1,))}
 
     def take_results(self, results: Mapping[str, np.ndarray]) -> None:
-        light_is_cut, most_work = (int(word) for word in results["report"])
         bent = np.count_nonzero(~self._edges.is_closed & ~self._edges.is_card)
         self.warnings = []
         if bent and self._constants is not None:
@@ -289,14 +282,9 @@ class WedgePass(TechniquePass):
                 "taken as two sheets, what turns its front to the light and what turns its back (blending='union' "
                 "needs no closed surfaces)"
             )
-        if light_is_cut:
+        if results["light_is_cut"][0]:
             self.warnings.append(
                 "penumbra_wedges: geometry cuts through a light, and visibility may err; move the light clear of it"
-            )
-        if most_work > MOST_WORK and self._context.gpu.is_cpu:
-            self.warnings.append(
-                f"penumbra_wedges: some pixels take {most_work} steps over edges and triangles, more than this "
-                "software rasteriser is sure to finish, and may be wrong; try a larger image, 'uniform' or 'adaptive'"
             )
 
 

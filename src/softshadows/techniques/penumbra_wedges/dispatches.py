@@ -1,0 +1,83 @@
+"""How the work of a frame is cut into dispatches, from sizes the CPU knows: across the image, and along the geometry.
+
+A dispatch does a band of rows of tiles. Where a tile might go round its loops more often than a driver bears, a band
+takes several dispatches, and its receivers keep in a buffer what they know in between (shaft.wgsl, Walk).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from softshadows.gpu.commands import SUBMIT_MS
+from softshadows.gpu.device import Gpu
+from softshadows.techniques.penumbra_wedges.edge_buffers import CLUSTER, EdgeBuffers
+
+TILE = 8
+ROUNDS = 50_000
+"""Of its loops, that an invocation takes in one dispatch. llvmpipe ends it after 65535; the rest is for loops of known
+length."""
+EDGE_ROUNDS = 18
+"""Of loops that an edge may take in union.wgsl: its own, one for each row of points, and one to leave them."""
+OBJECT_ROUNDS = 12
+"""Of loops that an object takes in wedges.wgsl besides its clusters: over quarters, and to find the clusters."""
+UNION_BYTES, WEDGE_BYTES = 288, 672
+"""What a receiver keeps between dispatches: UnionState in union.wgsl, WedgeState in wedges.wgsl."""
+MOST_BYTES = 2**26
+"""Of all receivers in a band."""
+PRIMITIVES_PER_LOOKUP = 80
+"""Edges and triangles of the scene per pixel, in the time of one look-up: 27 spheres of 762 triangles at 192×144."""
+
+
+@dataclass(frozen=True)
+class Dispatches:
+    """The first row of tiles of each band, and the end; dispatches per band; all milliseconds, at a rough guess.
+
+    `constants` are those of shaft.wgsl and the file that includes it; `state_bytes` holds one band's receivers.
+    """
+
+    band_rows: tuple[int, ...]
+    parts: int
+    milliseconds: float
+    state_bytes: int
+    constants: dict[str, float]
+
+    @property
+    def bands(self) -> int:
+        return len(self.band_rows) - 1
+
+
+def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) -> Dispatches:
+    """The dispatches of a frame of this size, for one side of a light."""
+    columns, rows = (-(-extent // TILE) for extent in size)
+    milliseconds = size[0] * size[1] * (edges.edge_count + edges.triangle_count) / PRIMITIVES_PER_LOOKUP
+    milliseconds /= gpu.lookups_per_ms
+    bands = min(rows, 1 + int(milliseconds / SUBMIT_MS))
+
+    edge_rounds = EDGE_ROUNDS if is_union else 1
+    longest_step = 8 + CLUSTER * edge_rounds  # a cluster, and the way back to it; a tile pauses when this is not left
+    parts = -(-_rounds(edges, is_union) // (ROUNDS - longest_step))
+    row_bytes = columns * TILE**2 * (UNION_BYTES if is_union else WEDGE_BYTES)
+    if parts > 1:
+        bands = max(bands, -(-rows // max(MOST_BYTES // row_bytes, 1)))
+    return Dispatches(
+        band_rows=tuple(rows * band // bands for band in range(bands + 1)),
+        parts=max(parts, 1),
+        milliseconds=milliseconds,
+        state_bytes=-(-rows // bands) * row_bytes if parts > 1 else max(UNION_BYTES, WEDGE_BYTES),
+        constants={
+            "is_in_parts": parts > 1,
+            "rounds_of_dispatch": ROUNDS,
+            **({"edge_rounds": EDGE_ROUNDS} if is_union else {"object_rounds": OBJECT_ROUNDS}),
+        },
+    )
+
+
+def _rounds(edges: EdgeBuffers, is_union: bool) -> int:
+    """Of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster and each of its items."""
+    clusters = edges.edge_cluster_count + edges.triangle_cluster_count
+    walking = clusters + clusters // CLUSTER + 2
+    if is_union:
+        return walking + edges.triangle_count + EDGE_ROUNDS * edges.edge_count
+    items = walking + edges.triangle_count + edges.edge_count
+    sheets = 1 if edges.is_closed.all() else 2  # of an object: what turns its front, and what turns its back
+    return sheets * items + (OBJECT_ROUNDS + 3) * edges.silhouette_count  # and a started 64 of each
