@@ -33,6 +33,13 @@ class OnMissing(StrEnum):
     warn = "warn"
 
 
+class Profile(StrEnum):
+    """What the device may use."""
+
+    full = "full"
+    portable = "portable"
+
+
 class OneSentence(TyperGroup):
     """Turns our exceptions into a sentence on stderr and exit code 2."""
 
@@ -99,6 +106,10 @@ SizeOption = Annotated[
     typer.Option("--size", metavar="WxH", help="Picture size in pixels, such as `1024x768`.", show_default=False),
 ]
 GroundOption = Annotated[bool, typer.Option("--ground", help="Add a plane under the scene's lowest point.")]
+ProfileOption = Annotated[
+    Profile,
+    typer.Option("--profile", help="`portable` uses only what every WebGPU device has, browsers and phones included."),
+]
 OnMissingOption = Annotated[OnMissing, typer.Option("--on-missing", help="What to do about a missing texture.")]
 
 
@@ -119,6 +130,7 @@ def render(
     size: SizeOption = None,
     ground: GroundOption = False,
     on_missing: OnMissingOption = OnMissing.error,
+    profile: ProfileOption = Profile.full,
 ) -> None:
     """Render a picture.
 
@@ -144,9 +156,9 @@ def render(
 
         chosen = technique_from(shot, technique, options or [])
         if chosen is None:
-            renderer = Renderer(shot.scene, size=shot.size)
+            renderer = Renderer(shot.scene, size=shot.size, profile=profile.value)
         else:
-            renderer = Renderer(shot.scene, technique=chosen, size=shot.size)
+            renderer = Renderer(shot.scene, technique=chosen, size=shot.size, profile=profile.value)
     with console.status(f"rendering with {renderer.technique.name}"), renderer:
         frame = renderer.render(shot.camera)
         _save(frame, output)
@@ -186,6 +198,7 @@ def compare(
     ] = 1024,
     repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 3,
     on_missing: OnMissingOption = OnMissing.error,
+    profile: ProfileOption = Profile.full,
 ) -> None:
     """Compare techniques with each other and with ray-traced truth: an HTML page, results.json, images.
 
@@ -207,7 +220,7 @@ def compare(
 
         techniques = techniques_from(shot, technique, options or [])
     with progress(console) as notice:
-        measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice)
+        measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice, profile=profile.value)
         index = write_report(measurement, output)
     _say(console, shot.notes)
     console.print(results_table([measurement]))

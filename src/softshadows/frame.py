@@ -99,7 +99,8 @@ class Frame:
 class Renderer:
     """Renders frames of one scene with one technique at one size, and keeps GPU state between them.
 
-    Between calls `scene.lights` and the nodes' transforms may change. Raises SceneError for a scene that cannot be
+    Between calls `scene.lights` and the nodes' transforms may change. The profile "portable" uses only what every
+    WebGPU device has: its default limits, no optional features. Raises SceneError for a scene that cannot be
     used, OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
     """
 
@@ -110,10 +111,11 @@ class Renderer:
         technique: str | Technique = "uniform",
         size: tuple[int, int] = (1024, 768),
         options: Mapping[str, Any] | None = None,
+        profile: str = "full",
     ) -> None:
         self.scene, self.size = scene, _checked_size(size)
         self.technique = make_technique(technique, options) if isinstance(technique, str) else technique
-        self._gpu = acquire()
+        self._gpu = acquire(profile)
         self._timer = PassTimer(self._gpu)
         self.invalidate()
 
@@ -240,6 +242,7 @@ def render(
     technique: str | Technique = "uniform",
     size: tuple[int, int] = (1024, 768),
     options: Mapping[str, Any] | None = None,
+    profile: str = "full",
 ) -> Frame:
     """One frame of `scene` seen by `camera` (default: the scene's own). Errors as Renderer."""
     camera = camera or scene.camera
@@ -247,7 +250,7 @@ def render(
         raise SceneError(
             "the scene has no camera; pass one: ss.Camera(position=..., target=...)", code="CAMERA_MISSING"
         )
-    with Renderer(scene, technique=technique, size=size, options=options) as renderer:
+    with Renderer(scene, technique=technique, size=size, options=options, profile=profile) as renderer:
         return renderer.render(camera)
 
 

@@ -229,7 +229,7 @@ def without(feature: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gpu]:
     gpu = acquire()
     lesser = dataclasses.replace(gpu, features=gpu.features - {feature}, fallbacks=[f"{feature}: not there"])
     with monkeypatch.context() as patch:
-        patch.setattr(frame_module, "acquire", lambda: lesser)
+        patch.setattr(frame_module, "acquire", lambda profile: lesser)
         yield lesser
 
 

@@ -48,6 +48,7 @@ BAD_INPUT = {
     "render blocker --light sun -o a.png": "rect, disk, line",
     "render blocker --camera position=0,1,0:target=0,1,0 -o a.png": "--camera:target",
     "render blocker --on-missing ignore -o a.png": "warn",
+    "render blocker --profile phone -o a.png": "portable",
     "compare blocker -t uniform,magic -o out": "magic",
     "compare blocker -t , -o out": "at least one technique",
     "compare blocker -t hard -O speed=3 -o out": "speed",

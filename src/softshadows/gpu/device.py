@@ -14,7 +14,7 @@ from functools import cache
 
 import wgpu
 
-from softshadows.errors import DeviceError
+from softshadows.errors import DeviceError, OptionError
 
 OPTIONAL_FEATURES = {
     "clip-distances": "without it every shadow map is a draw of its own, with a viewport, not an instance of one draw",
@@ -22,8 +22,45 @@ OPTIONAL_FEATURES = {
 }
 """Features asked for where the adapter has them, with what happens without."""
 
+PROFILES = ("full", "portable")
+"""What a device may use: all that helps, or exactly what every WebGPU device has, browsers and phones included."""
+
+DEFAULT_LIMITS = {
+    "max-texture-dimension-1d": 8192,
+    "max-texture-dimension-2d": 8192,
+    "max-texture-dimension-3d": 2048,
+    "max-texture-array-layers": 256,
+    "max-bind-groups": 4,
+    "max-bindings-per-bind-group": 1000,
+    "max-dynamic-uniform-buffers-per-pipeline-layout": 8,
+    "max-dynamic-storage-buffers-per-pipeline-layout": 4,
+    "max-sampled-textures-per-shader-stage": 16,
+    "max-samplers-per-shader-stage": 16,
+    "max-storage-buffers-per-shader-stage": 8,
+    "max-storage-textures-per-shader-stage": 4,
+    "max-uniform-buffers-per-shader-stage": 12,
+    "max-uniform-buffer-binding-size": 65536,
+    "max-storage-buffer-binding-size": 134217728,
+    "min-uniform-buffer-offset-alignment": 256,
+    "min-storage-buffer-offset-alignment": 256,
+    "max-vertex-buffers": 8,
+    "max-buffer-size": 268435456,
+    "max-vertex-attributes": 16,
+    "max-vertex-buffer-array-stride": 2048,
+    "max-inter-stage-shader-variables": 16,
+    "max-color-attachments": 8,
+    "max-color-attachment-bytes-per-sample": 32,
+    "max-compute-workgroup-storage-size": 16384,
+    "max-compute-invocations-per-workgroup": 256,
+    "max-compute-workgroup-size-x": 256,
+    "max-compute-workgroup-size-y": 256,
+    "max-compute-workgroup-size-z": 64,
+    "max-compute-workgroups-per-dimension": 65535,
+}
+"""WebGPU's defaults (specification, section 3.6.2), by wgpu-py's names."""
+
 RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
-"""Limits raised to what the adapter offers; everything else stays at WebGPU's defaults."""
+"""Limits that the full profile names as the adapter's own; wgpu-py then raises all others to the adapter's as well."""
 
 CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 10_000, 50_000
 GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS = 500_000, 10_000_000
@@ -79,9 +116,18 @@ class Gpu:
         return self.device.create_buffer(size=size, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST)
 
 
+def acquire(profile: str = "full") -> Gpu:
+    """The process's device on the best adapter. Raises DeviceError where there is none, saying what to install.
+
+    "portable": without optional features, and with exactly WebGPU's default limits. OptionError for other words.
+    """
+    if profile not in PROFILES:
+        raise OptionError(f"profile must be one of {', '.join(PROFILES)}, got {profile!r}")
+    return _device(profile)
+
+
 @cache
-def acquire() -> Gpu:
-    """The process's device on the best adapter. Raises DeviceError where there is none, saying what to install."""
+def _device(profile: str) -> Gpu:
     if "XDG_RUNTIME_DIR" not in os.environ:  # the Vulkan loader prints an error line without it
         os.environ["XDG_RUNTIME_DIR"] = tempfile.gettempdir()
     try:
@@ -91,8 +137,9 @@ def acquire() -> Gpu:
             "no WebGPU adapter was found. On Debian or Ubuntu without a GPU: apt-get install mesa-vulkan-drivers. "
             f"With a GPU: install its Vulkan driver. ({error})"
         ) from None
-    features = frozenset(name for name in OPTIONAL_FEATURES if name in adapter.features)
-    limits = {name: adapter.limits[name] for name in RAISED_LIMITS}
+    is_portable = profile == "portable"
+    features = frozenset(name for name in OPTIONAL_FEATURES if name in adapter.features and not is_portable)
+    limits = DEFAULT_LIMITS if is_portable else {name: adapter.limits[name] for name in RAISED_LIMITS}
     with device_errors("the device could not be created"):
         device = adapter.request_device_sync(required_features=sorted(features), required_limits=limits)
     fallbacks = [f"{name}: {effect}" for name, effect in OPTIONAL_FEATURES.items() if name not in features]

@@ -142,11 +142,13 @@ def measure(
     repeats: int = 3,
     notice: Notice = lambda doing, share: None,
     skip: bool = False,
+    profile: str = "full",
 ) -> Measurement:
     """Render `shot` with every technique and compare each with ray-traced truth of `samples` rays per pixel and light.
 
     `repeats` frames of each are timed, in turns so that a machine's moods fall on all alike. Raises OptionError where a
-    technique cannot do the shot's lights and DeviceError where the adapter cannot do it; with `skip` they are left out.
+    technique cannot do the shot's lights and DeviceError where the adapter, or the `profile` of frame.Renderer, cannot;
+    with `skip` they are left out.
     """
     if not techniques:
         raise OptionError("nothing to compare: name at least one technique")
@@ -166,7 +168,7 @@ def measure(
             skipped.append(str(error))
 
     held = yardstick(shot, samples, notice)
-    rendered, times, failed = _render_in_turns(shot, able, repeats, notice, skip)
+    rendered, times, failed = _render_in_turns(shot, able, repeats, notice, skip, profile)
     skipped += failed
 
     notice("comparing", 0.95)
@@ -214,7 +216,7 @@ def _lit(emitted: Floats, unshadowed: Floats, visibility: Floats) -> Floats:
 
 
 def _render_in_turns(
-    shot: Shot, techniques: list[Technique], repeats: int, notice: Notice, skip: bool
+    shot: Shot, techniques: list[Technique], repeats: int, notice: Notice, skip: bool, profile: str
 ) -> tuple[dict[Technique, Frame], dict[Technique, list[float]], list[str]]:
     """The last frame of each technique, its wall times in milliseconds, and which could not run."""
     frames: dict[Technique, Frame] = {}
@@ -231,7 +233,7 @@ def _render_in_turns(
                 try:
                     if turn == 0:
                         renderers[technique] = stack.enter_context(
-                            Renderer(shot.scene, technique=technique, size=shot.size)
+                            Renderer(shot.scene, technique=technique, size=shot.size, profile=profile)
                         )
                     started = time.perf_counter()
                     frames[technique] = renderers[technique].render(shot.camera)

@@ -1,0 +1,51 @@
+"""The portable profile: a device with exactly WebGPU's default limits and no optional features."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+import softshadows as ss
+import stage
+from softshadows.gpu.device import DEFAULT_LIMITS, acquire
+from softshadows.techniques import TECHNIQUES
+
+PROMISED = ("none", "hard", "pcf", "pcss", "vsm", "variable_penumbra")
+"""What must run everywhere."""
+
+
+def test_the_device_has_exactly_the_default_limits() -> None:
+    device = acquire("portable").device
+    assert not {feature for feature in device.features if "native" not in feature}
+    assert {name: device.limits[name] for name in DEFAULT_LIMITS} == DEFAULT_LIMITS
+    assert acquire("portable").device is device
+    assert acquire().device is not device
+
+
+def portable(name: str, **options: Any) -> ss.Frame:
+    scene = stage.standard_scene(stage.light_for(name))
+    return ss.render(scene, technique=stage.cheap(name, **options), size=stage.SIZE, profile="portable")
+
+
+@pytest.mark.parametrize("name", PROMISED)
+def test_the_promised_techniques_give_the_full_profiles_visibility(name: str, compare_visibility: Any) -> None:
+    full = stage.render(stage.standard_scene(stage.light_for(name)), stage.cheap(name))
+    compare_visibility(portable(name).visibility[0], full.visibility[0], limit=1e-3)
+
+
+def test_kernels_from_the_light_too(compare_visibility: Any) -> None:
+    technique = stage.cheap("variable_penumbra", kernels="from_light")
+    full = stage.render(stage.standard_scene(), technique)
+    frame = portable("variable_penumbra", kernels="from_light")
+    compare_visibility(frame.visibility[0], full.visibility[0], limit=1e-3)
+
+
+@pytest.mark.parametrize("name", [name for name in TECHNIQUES if name not in PROMISED])
+def test_the_others_run_too(name: str) -> None:
+    stage.check_visibility(portable(name))
+
+
+def test_an_unknown_profile_is_refused() -> None:
+    with pytest.raises(ss.OptionError, match="full, portable"):
+        ss.Renderer(stage.standard_scene(), profile="phone")
