@@ -495,12 +495,13 @@ def test_quarter_turns_do_not_matter(name: str, quarters: int, compare_visibilit
 
 @all_techniques
 def test_any_turn_does_not_matter(name: str, compare_visibility: Any) -> None:
-    """R15, but for 6 pixels in a thousand: occluders' boxes follow the world's axes, and the maps' windows follow them.
+    """R15, but for 7 pixels in a thousand: occluders' boxes follow the world's axes, and the maps' windows follow them.
 
-    So the texels of a turned scene lie elsewhere, and along a shadow's edge a pixel can turn for one of 16 samples.
+    So the texels of a turned scene lie elsewhere, and along a shadow's edge a pixel can turn for one of 16 samples, or
+    for another kernel where an edge's strength lies between two bands.
     """
     axis, angle = np.array([0.36, 0.48, 0.8]), 1.0
     cross = np.array([[0, -axis[2], axis[1]], [axis[2], 0, -axis[0]], [-axis[1], axis[0], 0]])
     matrix = np.eye(4)
     matrix[:3, :3] += np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-    compare_visibility(transformed(name, matrix), untransformed(name), limit=CHANGED, share=6e-3)
+    compare_visibility(transformed(name, matrix), untransformed(name), limit=CHANGED, share=7e-3)

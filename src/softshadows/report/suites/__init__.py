@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softshadows.errors import OptionError
 from softshadows.report.measure import Measurement, Notice
-from softshadows.report.suites import adaptive, baselines, linear, wedges
+from softshadows.report.suites import adaptive, baselines, linear, mobile, wedges
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,7 @@ SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
     "adaptive": adaptive.run,
     "baselines": baselines.run,
     "linear": linear.run,
+    "mobile": mobile.run,
     "wedges": wedges.run,
 }
 

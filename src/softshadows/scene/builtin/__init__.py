@@ -10,6 +10,7 @@ from collections.abc import Callable
 from softshadows.errors import SceneError
 from softshadows.scene.builtin.atrium import atrium
 from softshadows.scene.builtin.leaves import leaves
+from softshadows.scene.builtin.mannequin import mannequin
 from softshadows.scene.builtin.room import room
 from softshadows.scene.builtin.studies import blocker, fence, field, figures, sphere_cube
 from softshadows.scene.model import Scene
@@ -23,6 +24,7 @@ SCENES: dict[str, Callable[..., Scene]] = {
     "room": room,
     "field": field,
     "atrium": atrium,
+    "mannequin": mannequin,
 }
 
 __all__ = [
@@ -35,6 +37,7 @@ __all__ = [
     "figures",
     "leaves",
     "make",
+    "mannequin",
     "room",
     "sphere_cube",
 ]
