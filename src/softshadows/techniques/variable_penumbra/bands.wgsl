@@ -83,11 +83,8 @@ fn dilate(texel: vec2u, band: u32) {
 
 @compute @workgroup_size(8, 8)
 fn cs_mask(@builtin(global_invocation_id) id: vec3u) {
-    if !has_neighbours(id.xy) {
-        return;
-    }
     let band = band_of(edge_strength(id.xy));
-    if band != 0u {
+    if band != 0u && has_neighbours(id.xy) {  // last, as few texels are edges
         dilate(id.xy, band);
     }
 }
@@ -123,14 +120,16 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     let surface = load_receiver(id.xy);
     visibility[pixel] = 1.0;
     if !surface.is_surface || is_only_occluder(surface) {
+        count_absent_pixel(workgroup);
         return;
     }
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let sight = sight_through(0u, receiver, receiver.point);
     if !sight.possible || !sight.covered {
         visibility[pixel] = select(0.0, 1.0, sight.possible);
+        count_absent_pixel(workgroup);
         return;
     }
     visibility[pixel] = masked_shadow(sight);
-    count_reads(workgroup, 1u);
+    count_further_reads(workgroup);
 }

@@ -16,9 +16,10 @@ struct Span {
     solid_triangles: u32,            // in front of all others: the occluders of a scene without self-shadowing
 };
 
+// What sets pixels apart from most, which read the mask and one texel of the map, so that those need no atomics.
 struct Reads {
-    reads: atomic<u32>,
-    pixels: atomic<u32>,  // that looked into the map
+    further_reads: atomic<u32>,
+    absent_pixels: atomic<u32>,  // that did not look into the map
 };
 
 override neighbours: u32;       // of the edge filter, 4 or 8
@@ -77,9 +78,18 @@ fn is_only_occluder(surface: Receiver) -> bool {
     return !self_shadowing && surface.triangle < f32(span.solid_triangles);
 }
 
-// Remember that a pixel looked into the map, and what it cost beside the map's own reads.
-fn count_reads(workgroup: vec3u, other_reads: u32) {
-    let counter = (workgroup.x + 7u * workgroup.y) % COUNTERS;
-    atomicAdd(&counters[counter].reads, map_reads + other_reads);
-    atomicAdd(&counters[counter].pixels, 1u);
+fn counter_of(workgroup: vec3u) -> u32 {
+    return (workgroup.x + 7u * workgroup.y) % COUNTERS;
+}
+
+// Remember how often a pixel that looked into the map read it beyond the first time.
+fn count_further_reads(workgroup: vec3u) {
+    if map_reads > 1u {
+        atomicAdd(&counters[counter_of(workgroup)].further_reads, map_reads - 1u);
+    }
+}
+
+// Remember a pixel that did not look into the map.
+fn count_absent_pixel(workgroup: vec3u) {
+    atomicAdd(&counters[counter_of(workgroup)].absent_pixels, 1u);
 }

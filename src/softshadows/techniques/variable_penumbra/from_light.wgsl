@@ -136,14 +136,16 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     let surface = load_receiver(id.xy);
     visibility[pixel] = 1.0;
     if !surface.is_surface || is_only_occluder(surface) {
+        count_absent_pixel(workgroup);
         return;
     }
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let sight = sight_through(0u, receiver, receiver.point);
     if !sight.possible || !sight.covered {
         visibility[pixel] = select(0.0, 1.0, sight.possible);
+        count_absent_pixel(workgroup);
         return;
     }
     visibility[pixel] = masked_shadow(receiver, sight);
-    count_reads(workgroup, 4u);
+    count_further_reads(workgroup);
 }

@@ -15,7 +15,7 @@ from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, center_sample
 
 COUNTERS = 128
-"""Of edges.wgsl: pairs of reads and the pixels that made them."""
+"""Of edges.wgsl: pairs of further reads and absent pixels."""
 SPAN_BYTES, SPAN_FOUND_BYTES = 16, 8
 
 
@@ -32,11 +32,13 @@ class MaskedPass(SampledPass):
         constants: Mapping[str, float],
         taps: wgpu.GPUBuffer,
         mask_bytes: int,
+        mask_reads: int,
         takes_center_only: bool,
         margin_texels: int,
         search_margin: float,
     ) -> None:
         gpu, usage = context.gpu, wgpu.BufferUsage
+        self._mask_reads = mask_reads
         self._mask = gpu.storage_buffer(mask_bytes, "the mask of a shadow map")
         self._span = gpu.device.create_buffer(size=SPAN_BYTES, usage=usage.STORAGE | usage.COPY_DST)
         self._counters = gpu.storage_buffer(8 * COUNTERS, "the counters of reads")
@@ -76,5 +78,8 @@ class MaskedPass(SampledPass):
 
     def take_results(self, results: Mapping[str, np.ndarray]) -> None:
         """Reads of a pixel that looks into the map, summed over lights."""
-        reads, pixels = results["reads"].sum(axis=0, dtype=np.int64)
-        self.lookups_per_pixel = len(self._turns) * float(reads) / max(int(pixels), 1)
+        further_reads, absent_pixels = results["reads"].sum(axis=0, dtype=np.int64)
+        width, height = self._context.gbuffer.size
+        lights = len(self._turns)
+        pixels = max(lights * width * height - int(absent_pixels), 1)
+        self.lookups_per_pixel = lights * (self._mask_reads + 1.0 + float(further_reads) / pixels)
