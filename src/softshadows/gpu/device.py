@@ -25,7 +25,7 @@ OPTIONAL_FEATURES = {
 PROFILES = ("full", "portable")
 """What a device may use: all that helps, or exactly what every WebGPU device has, browsers and phones included."""
 
-DEFAULT_LIMITS = {
+DEFAULT_LIMITS: dict[str, int | None] = {
     "max-texture-dimension-1d": 8192,
     "max-texture-dimension-2d": 8192,
     "max-texture-dimension-3d": 2048,
@@ -141,7 +141,7 @@ def _device(profile: str) -> Gpu:
     features = frozenset(name for name in OPTIONAL_FEATURES if name in adapter.features and not is_portable)
     limits = DEFAULT_LIMITS if is_portable else {name: adapter.limits[name] for name in RAISED_LIMITS}
     with device_errors("the device could not be created"):
-        device = adapter.request_device_sync(required_features=sorted(features), required_limits=limits)
+        device = adapter.request_device_sync(required_features=sorted(features), required_limits=dict(limits))
     fallbacks = [f"{name}: {effect}" for name, effect in OPTIONAL_FEATURES.items() if name not in features]
     return Gpu(adapter, device, features, fallbacks)
 

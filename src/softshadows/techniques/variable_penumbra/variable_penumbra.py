@@ -27,7 +27,7 @@ Departures from the paper
       EDGE_NOISE instead of 0.
     - Taps compare with the receiver's plane, and hard pixels are those of `hard` (docs/decisions/0002-bias.md).
     - `self_shadowing` is on. Off as in the paper, closed solids cast and do not receive.
-    - `from_light` is no part of the paper: figures in docs/decisions/0013-variable-penumbra.md.
+    - `from_light` is no part of the paper: figures in docs/decisions/0014-variable-penumbra.md.
 
 Use when
     texture reads are what a device lacks, and shadows need only look plausible (`bands`), or should also have about
@@ -41,8 +41,8 @@ Fails when
 Inputs
     any light; bands take it as its centre, `from_light` filters nothing under a light without size.
 Cost
-    one shadow map, two passes over its texels with six (filter 4) or ten (filter 8) reads each, then two reads per
-    pixel, kernel² + 1 near edges. `frame.stats.lookups_per_pixel` is counted on the GPU: the mean over the pixels that
+    one shadow map, two passes over its texels with six (filter 4) or ten (filter 8) reads in all, then two reads per
+    pixel (five `from_light`), and near edges as many more as the kernel has taps. `frame.stats.lookups_per_pixel` is counted on the GPU: the mean over the pixels that
     look into the map.
 """
 
@@ -59,8 +59,7 @@ from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
 
 EDGE_NOISE = 1e-4
-"""Of the map's depth: an edge that the fixed mask takes for one. The paper's 0 would take rounding for edges: on planes
-in perspective up to 2e-5 was seen."""
+"""Of the map's depth: the weakest edge of a fixed mask. The paper's 0 would take rounding for edges."""
 CELL = 8
 """Texels along a cell of from_light.wgsl."""
 SEARCH_MARGIN = 1.0
