@@ -42,8 +42,8 @@ Inputs
     any light; bands take it as its centre, `from_light` filters nothing under a light without size.
 Cost
     one shadow map, two passes over its texels with six (filter 4) or ten (filter 8) reads in all, then two reads per
-    pixel (five `from_light`), and near edges as many more as the kernel has taps. `frame.stats.lookups_per_pixel` is counted on the GPU: the mean over the pixels that
-    look into the map.
+    pixel (five `from_light`), and near edges as many more as the kernel has taps. `frame.stats.lookups_per_pixel` is
+    counted on the GPU: the mean over the pixels that look into the map.
 """
 
 from __future__ import annotations
