@@ -15,13 +15,12 @@ The GPU's memory is read between frames, so that a frame itself reads back nothi
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from softshadows.errors import OptionError
-from softshadows.frame import Frame
 from softshadows.gpu.layout import dtype
 from softshadows.passes.line_maps.line_maps import line_points
 from softshadows.passes.shadow_atlas.shadow_atlas import FACES, ShadowView
@@ -45,6 +44,13 @@ IN_ORDER = (0.16, 0.17, 0.19)
 PENUMBRA_COLORS = ((0.25, 0.45, 1.0), (0.2, 0.75, 0.3))
 """Of texels that the next sample does not see, and of those that the sample before does not see; their sum for both."""
 EDGE_COLOR = (1.0, 0.25, 0.2)
+
+
+class Seen(Protocol):
+    """What a picture takes of an `ss.Frame`."""
+
+    position: Floats
+    surface: Bools
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,7 +115,7 @@ def edge_picture(edges: Edges, sample: int = 0) -> Floats:
     return image
 
 
-def penumbra_picture(edges: Edges, frame: Frame) -> Floats:
+def penumbra_picture(edges: Edges, frame: Seen) -> Floats:
     """[Reimann2016 §3.4 substep 4.1] (height, width, 3): pixels whose texel lies in a penumbra of the light's ends.
 
     Blue: in the map of the light's start, of an edge that hides its end; green: the other way round.
@@ -125,7 +131,7 @@ def penumbra_picture(edges: Edges, frame: Frame) -> Floats:
     return image
 
 
-def _entry_at(edges: Edges, frame: Frame, sample: int, side: int, offset: npt.NDArray[np.float64]) -> Bools:
+def _entry_at(edges: Edges, frame: Seen, sample: int, side: int, offset: npt.NDArray[np.float64]) -> Bools:
     """(height, width): does the texel that the pixel falls on hold an edge on that side?"""
     light = edges.light
     local = (frame.position - light.center - offset) @ light.axes.T
@@ -155,7 +161,7 @@ def _penumbra_colors(after: Bools, before: Bools) -> Floats:
     return image
 
 
-def all_pictures(renderer: Any, frame: Frame) -> dict[str, Floats]:
+def all_pictures(renderer: Any, frame: Seen) -> dict[str, Floats]:
     """By name: the edge maps of the light's first and last sample, and the penumbrae of `frame`, the last one."""
     edges = read_edges(renderer)
     return {
