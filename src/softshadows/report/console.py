@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+MOST_COLUMNS = 5
+"""Techniques side by side in 80 columns."""
+
 
 @contextmanager
 def progress(console: Console) -> Iterator[Notice]:
@@ -59,7 +62,10 @@ def results_table(measurements: Sequence[Measurement]) -> Table:
 
 
 def figures_table(measurement: Measurement) -> Table | None:
-    """What the suite measured beyond the errors: a row per figure, a column per technique; None where it is nothing."""
+    """What the suite measured beyond the errors: a row per figure, a column per technique; None where it is nothing.
+
+    With more techniques than fit side by side the table is turned around: a row per technique.
+    """
     from rich import box
     from rich.table import Table
 
@@ -70,9 +76,20 @@ def figures_table(measurement: Measurement) -> Table | None:
         return None
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
     table.add_column(measurement.shot.name, no_wrap=True)
-    for result in measurement.results:
-        table.add_column(result.label.replace(":", "\n"), justify="right", overflow="fold")
-    for name in names:
-        values = [result.figures.get(name) for result in measurement.results]
-        table.add_row(name, *("" if v is None else v if isinstance(v, str) else f"{v:.3g}" for v in values))
+    cells = {name: [_cell(result.figures.get(name)) for result in measurement.results] for name in names}
+    labels = [result.label for result in measurement.results]
+    if len(labels) > MOST_COLUMNS:
+        for name in names:
+            table.add_column(name.replace("_", "\n"), justify="right", overflow="fold")
+        for label, *row in zip(labels, *cells.values(), strict=True):
+            table.add_row(label.replace(":", "\n  "), *row)
+    else:
+        for label in labels:
+            table.add_column(label.replace(":", "\n"), justify="right", overflow="fold")
+        for name, row in cells.items():
+            table.add_row(name, *row)
     return table
+
+
+def _cell(value: float | str | None) -> str:
+    return "" if value is None else value if isinstance(value, str) else f"{value:.3g}"
