@@ -38,7 +38,7 @@ def results_table(measurements: Sequence[Measurement]) -> Table:
 
     table = Table(box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
     table.add_column("scene", overflow="fold")
-    table.add_column("technique", overflow="fold", min_width=17)  # of the longest name
+    table.add_column("technique", overflow="fold")
     for heading in ("shadow\nmaps", "ms", "rmse", "bias", "leak\nrate", "false\nshadow"):
         table.add_column(heading, justify="right", no_wrap=True)
     for measurement in measurements:
