@@ -33,6 +33,11 @@ MAX_MEASURED_PIXELS = 8192 * 8192
 UNSHADOWED = "none"
 
 
+def notice_of_step(notice: Notice, index: int, count: int, name: str) -> Notice:
+    """For step `index` of `count` equal ones: what it is told reaches `notice` as a named part of the whole."""
+    return lambda doing, share: notice(f"{name}: {doing}", (index + share) / count)
+
+
 @dataclass(frozen=True, eq=False)
 class Reference:
     """What every technique is measured against.

@@ -9,7 +9,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import Any, ClassVar, dataclass_transform
+from typing import Any, ClassVar, Self, dataclass_transform
 
 import numpy as np
 import wgpu
@@ -78,6 +78,10 @@ def _parse(option_field: Field, value: Any, owner: str) -> Any:
     return number
 
 
+Presets = Mapping[str, Mapping[str, Any]]
+"""A technique's named choices of options."""
+
+
 @dataclass(frozen=True)
 class RenderContext:
     """What every technique's pass may use. `visibility` is array<f32>, laid out [light][y][x]."""
@@ -126,6 +130,7 @@ class Technique(ABC):
 
     name: ClassVar[str]
     light_kinds: ClassVar[frozenset[str]]
+    presets: ClassVar[Presets] = {}
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True)(cls)
@@ -139,6 +144,13 @@ class Technique(ABC):
     def options(cls) -> tuple[Field, ...]:
         """The option fields, in order; their metadata holds `help` and the legal values."""
         return tuple(f for f in fields(cls) if f.default is not MISSING)  # type: ignore[arg-type]
+
+    @classmethod
+    def preset(cls, name: str) -> Self:
+        """A named choice of options. Raises OptionError for an unknown name."""
+        if name not in cls.presets:
+            raise OptionError(f"{cls.name} has no preset {name!r}; choose one of {', '.join(cls.presets) or 'none'}")
+        return cls(**cls.presets[name])
 
     @classmethod
     def check_lights(cls, lights: Sequence[Light]) -> None:

@@ -46,7 +46,7 @@ from softshadows import metrics, truth
 from softshadows.errors import DeviceError, SceneError
 from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.baselines import SCENES_VARIABLE
@@ -152,10 +152,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     chosen = list(views())
     measurements = []
     for index, view in enumerate(chosen):
-
-        def within(doing: str, share: float, index: int = index, name: str = view.name) -> None:
-            notice(f"{name}: {doing}", (index + share) / len(chosen))
-
+        within = notice_of_step(notice, index, len(chosen), view.name)
         within("opening", 0.0)
         measurements.append(measure_view(view, settings, within))
     return measurements

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softshadows.errors import SceneError
-from softshadows.report.measure import Measurement, Notice, measure
+from softshadows.report.measure import Measurement, Notice, measure, notice_of_step
 from softshadows.scene.builtin import SCENES
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import TECHNIQUES, make_technique
@@ -28,10 +28,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     pictures = list(sources())
     measurements = []
     for index, source in enumerate(pictures):
-
-        def within(doing: str, share: float, index: int = index, name: str = Path(source).stem) -> None:
-            notice(f"{name}: {doing}", (index + share) / len(pictures))
-
+        within = notice_of_step(notice, index, len(pictures), Path(source).stem)
         within("opening", 0.0)
         shot = replace(open_shot(source), size=settings.size or SIZE)
         measurements.append(

@@ -31,7 +31,7 @@ from typing import TYPE_CHECKING, Any
 
 from softshadows.errors import SceneError
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.adaptive import REDRAWN, Rays, Run, render_in_turns, trace
@@ -71,10 +71,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     chosen = list(views())
     measurements = []
     for index, view in enumerate(chosen):
-
-        def within(doing: str, share: float, index: int = index, name: str = view.name) -> None:
-            notice(f"{name}: {doing}", (index + share) / len(chosen))
-
+        within = notice_of_step(notice, index, len(chosen), view.name)
         within("opening", 0.0)
         measurements.append(measure_view(view, settings, within))
     return measurements

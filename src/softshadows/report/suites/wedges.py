@@ -33,7 +33,7 @@ from softshadows import metrics
 from softshadows.errors import DeviceError
 from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.scene import builtin
@@ -70,10 +70,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     chosen = list(views())
     measurements: list[Measurement] = []
     for index, view in enumerate(chosen):
-
-        def within(doing: str, share: float, index: int = index, name: str = view.name) -> None:
-            notice(f"{name}: {doing}", (index + share) / len(chosen))
-
+        within = notice_of_step(notice, index, len(chosen), view.name)
         measurements.append(measure_view(view, settings, within))
     measurements[-1].figures["growth"] = growth(measurements)
     return measurements

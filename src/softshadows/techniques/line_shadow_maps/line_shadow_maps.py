@@ -53,17 +53,12 @@ from typing import ClassVar
 import numpy as np
 import wgpu
 
-from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, SoftMapOptions, SoftMaps
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
-
-_PRESETS = {
-    "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all", "gaps": "none"},
-}
 
 
 class LineShadowMaps(Technique):
@@ -74,6 +69,9 @@ class LineShadowMaps(Technique):
 
     name: ClassVar[str] = "line_shadow_maps"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
+    presets: ClassVar[Presets] = {
+        "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all", "gaps": "none"},
+    }
 
     samples: int | str = option(
         default="auto",
@@ -111,13 +109,6 @@ class LineShadowMaps(Technique):
     memory_budget: int = option(
         default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their channels", low=1, high=65536
     )
-
-    @classmethod
-    def preset(cls, name: str) -> LineShadowMaps:
-        """Named options. Raises OptionError for an unknown name."""
-        if name not in _PRESETS:
-            raise OptionError(f"line_shadow_maps has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
-        return cls(**_PRESETS[name])
 
     def build(self, context: RenderContext) -> TechniquePass:
         return LineShadowMapsPass(context, self)

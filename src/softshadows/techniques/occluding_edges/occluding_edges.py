@@ -54,7 +54,6 @@ from typing import ClassVar
 
 import wgpu
 
-from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
@@ -62,7 +61,7 @@ from softshadows.passes.line_maps.line_maps import LineMaps, LineState, plan_lin
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 
 _HERE = Path(__file__).parent
@@ -80,10 +79,6 @@ TEXELS_PER_PIXEL = 4.0
 LOOKUPS = 3
 """Per sample: the hard test, and the edge map on both sides."""
 
-_PRESETS = {
-    "paper": {"samples": 2, "penumbra": "texture", "rows": 2, "resolution": 800},
-}
-
 
 class OccludingEdges(Technique):
     """Line lights by the edges that cut off a fragment's view of them. The module's text is its manual.
@@ -93,6 +88,9 @@ class OccludingEdges(Technique):
 
     name: ClassVar[str] = "occluding_edges"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
+    presets: ClassVar[Presets] = {
+        "paper": {"samples": 2, "penumbra": "texture", "rows": 2, "resolution": 800},
+    }
 
     samples: int = option(default=5, help="points of the light that get a map; 2 is the paper's", low=2, high=32)
     edges: str = option(
@@ -114,13 +112,6 @@ class OccludingEdges(Technique):
     memory_budget: int = option(
         default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their edges", low=1, high=65536
     )
-
-    @classmethod
-    def preset(cls, name: str) -> OccludingEdges:
-        """A named choice of options. Raises OptionError for an unknown name."""
-        if name not in _PRESETS:
-            raise OptionError(f"occluding_edges has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
-        return cls(**_PRESETS[name])  # type: ignore[arg-type]
 
     def build(self, context: RenderContext) -> TechniquePass:
         return OccludingEdgesPass(context, self)

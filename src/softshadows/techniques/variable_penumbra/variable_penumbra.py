@@ -49,11 +49,10 @@ Cost
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
-from softshadows.errors import OptionError
 from softshadows.passes.shadow_atlas.shadow_atlas import plan_atlas
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
@@ -64,12 +63,6 @@ CELL = 8
 """Texels along a cell of from_light.wgsl."""
 SEARCH_MARGIN = 1.0
 """Half lights by which the map reaches beyond the receivers in view: enough for edges at half their distance."""
-_PRESETS: dict[str, dict[str, Any]] = {
-    "4x4": {"mask": "fixed", "kernel": 4},
-    "7x7": {"mask": "fixed", "kernel": 7},
-    "2/3/5": {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5},
-    "3/5/7": {},
-}
 
 
 def mip_level(kernel: int, pattern: str) -> int:
@@ -91,6 +84,12 @@ class VariablePenumbra(Technique):
 
     name: ClassVar[str] = "variable_penumbra"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
+    presets: ClassVar[Presets] = {
+        "4x4": {"mask": "fixed", "kernel": 4},
+        "7x7": {"mask": "fixed", "kernel": 7},
+        "2/3/5": {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5},
+        "3/5/7": {},
+    }
 
     kernels: str = option(
         default="bands",
@@ -120,13 +119,6 @@ class VariablePenumbra(Technique):
     resolution: int | str = option(
         default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
     )
-
-    @classmethod
-    def preset(cls, name: str) -> VariablePenumbra:
-        """One of the paper's versions. Raises OptionError for an unknown name."""
-        if name not in _PRESETS:
-            raise OptionError(f"variable_penumbra has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
-        return cls(**_PRESETS[name])
 
     def build(self, context: RenderContext) -> TechniquePass:
         plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, 1, self.resolution, DEFAULT_MEMORY_BUDGET)
