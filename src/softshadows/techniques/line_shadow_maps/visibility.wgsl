@@ -2,6 +2,7 @@
 
 //#include "receiver.wgsl"
 //#include "../../passes/line_maps/line_map.wgsl"
+//#include "pixel.wgsl"
 //#include "control.wgsl"
 //#include "gaps.wgsl"
 
@@ -65,35 +66,29 @@ fn segment_share(sample: u32, next: u32, start: Seen, end: Seen) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_pixel(id.xy);
+    if !pixel.is_surface {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if !surface.is_surface {
-        return;
-    }
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     if light.sample_count == 1u {
-        visibility[pixel] = select(0.0, 1.0, sight_is_lit(line_sight(0u, receiver)));
+        visibility[pixel.index] = select(0.0, 1.0, sight_is_lit(line_sight(0u, pixel.receiver)));
         return;
     }
     // [Heidrich2000 §3.3] Segments between neighbouring samples are lights of their own.
     var sum = 0.0;
     var is_overfull = false;
     var sample = 0u;
-    var start = look(0u, receiver);
+    var start = look(0u, pixel.receiver);
     while sample + 1u < light.sample_count {
         let next = sample_after(control.samples, sample);
-        let end = look(next, receiver);
+        let end = look(next, pixel.receiver);
         let share = segment_share(sample, next, start, end);
         is_overfull |= share > OVERFULL;
         sum += min(share, 1.0) * f32(next - sample);
         sample = next;
         start = end;
     }
-    visibility[pixel] = sum / f32(light.sample_count - 1u);
+    visibility[pixel.index] = sum / f32(light.sample_count - 1u);
     if is_overfull {
         atomicAdd(&report[CLAMPED], 1u);
     }

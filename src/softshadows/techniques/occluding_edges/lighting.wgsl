@@ -4,6 +4,7 @@
 //#include "edge_map.wgsl"
 //#include "share.wgsl"
 //#include "search.wgsl"
+//#include "pixel.wgsl"
 
 @group(3) @binding(0) var edge_map: texture_2d<u32>;
 @group(3) @binding(1) var<storage, read> cells: array<f32>;  // the greatest closeness in each cell of every row
@@ -182,25 +183,19 @@ fn segment_visibility(first: Look, second: Look) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_lighting(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_pixel(id.xy);
+    if !pixel.is_surface {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if !surface.is_surface {
-        return;
-    }
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    var before = look_from(0u, receiver);
+    var before = look_from(0u, pixel.receiver);
     var visible = select(0.0, 1.0, before.lit);
     if light.sample_count > 1u {
         visible = 0.0;
     }
     for (var sample = 1u; sample < light.sample_count; sample++) {
-        let here = look_from(sample, receiver);
+        let here = look_from(sample, pixel.receiver);
         visible += segment_visibility(before, here);
         before = here;
     }
-    visibility[pixel] = visible / f32(max(light.sample_count, 2u) - 1u);
+    visibility[pixel.index] = visible / f32(max(light.sample_count, 2u) - 1u);
 }

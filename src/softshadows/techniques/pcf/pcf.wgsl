@@ -3,6 +3,7 @@
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
 //#include "texel_filter.wgsl"
+//#include "pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;  // in half kernels
@@ -21,13 +22,8 @@ fn filter_shadow(receiver: LightReceiver) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
-        return;
-    }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if surface.is_surface {
-        visibility[pixel] = filter_shadow(light_receiver(surface.position_ws, surface.normal_ws));
+    let pixel = begin_pixel(id.xy);
+    if pixel.is_surface {
+        visibility[pixel.index] = filter_shadow(pixel.receiver);
     }
 }

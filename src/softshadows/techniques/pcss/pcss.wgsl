@@ -3,6 +3,7 @@
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
 //#include "light_filter.wgsl"
+//#include "pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;           // blocker taps, then filter taps
@@ -60,23 +61,17 @@ fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_pixel(id.xy);
+    if !pixel.is_surface {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if !surface.is_surface {
-        return;
-    }
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    let center = sight_through(0u, receiver, receiver.point);
+    let center = sight_through(0u, pixel.receiver, pixel.receiver.point);
     if !center.possible || !center.covered {
-        visibility[pixel] = select(0.0, 1.0, center.possible);
+        visibility[pixel.index] = select(0.0, 1.0, center.possible);
         return;
     }
-    let blocker_share = mean_blocker_share(receiver, center);
+    let blocker_share = mean_blocker_share(pixel.receiver, center);
     if blocker_share > 0.0 {
-        visibility[pixel] = filter_shadow(receiver, penumbra_half_extent(1.0 / blocker_share), blocker_taps, filter_taps);
+        visibility[pixel.index] = filter_shadow(pixel.receiver, penumbra_half_extent(1.0 / blocker_share), blocker_taps, filter_taps);
     }
 }

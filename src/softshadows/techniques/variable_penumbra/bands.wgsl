@@ -113,23 +113,10 @@ fn masked_shadow(sight: Sight) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) workgroup: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_masked_pixel(id.xy, workgroup);
+    if !pixel.is_masked {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if !surface.is_surface || is_only_occluder(surface) {
-        count_absent_pixel(workgroup);
-        return;
-    }
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    let sight = sight_through(0u, receiver, receiver.point);
-    if !sight.possible || !sight.covered {
-        visibility[pixel] = select(0.0, 1.0, sight.possible);
-        count_absent_pixel(workgroup);
-        return;
-    }
-    visibility[pixel] = masked_shadow(sight);
+    visibility[pixel.index] = masked_shadow(pixel.sight);
     count_further_reads(workgroup);
 }

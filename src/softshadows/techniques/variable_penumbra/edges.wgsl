@@ -93,3 +93,31 @@ fn count_further_reads(workgroup: vec3u) {
 fn count_absent_pixel(workgroup: vec3u) {
     atomicAdd(&counters[counter_of(workgroup)].absent_pixels, 1u);
 }
+
+// A pixel whose visibility the map and its mask decide. Of any other it is written already.
+struct MaskedPixel {
+    is_masked: bool,
+    index: u32,       // in the visibility
+    receiver: LightReceiver,
+    sight: Sight,     // from the light's centre
+};
+
+fn begin_masked_pixel(id: vec2u, workgroup: vec3u) -> MaskedPixel {
+    var pixel: MaskedPixel;
+    if any(id >= frame.size) {
+        return pixel;
+    }
+    pixel.index = light.visibility_offset + id.y * frame.size.x + id.x;
+    visibility[pixel.index] = 1.0;
+    let surface = load_receiver(id);
+    if surface.is_surface && !is_only_occluder(surface) {
+        pixel.receiver = light_receiver(surface.position_ws, surface.normal_ws);
+        pixel.sight = sight_through(0u, pixel.receiver, pixel.receiver.point);
+        pixel.is_masked = pixel.sight.possible && pixel.sight.covered;
+        visibility[pixel.index] = select(0.0, 1.0, pixel.sight.possible);
+    }
+    if !pixel.is_masked {
+        count_absent_pixel(workgroup);
+    }
+    return pixel;
+}

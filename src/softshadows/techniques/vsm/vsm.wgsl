@@ -4,6 +4,7 @@
 
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
+//#include "pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> row_moments: array<vec2f>;  // filtered along rows
@@ -79,20 +80,14 @@ fn upper_bound(mean_depth: vec2f, depth: f32) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_pixel(id.xy);
+    if !pixel.is_surface {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    visibility[pixel] = 1.0;
-    if !surface.is_surface {
-        return;
-    }
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    let sight = sight_through(0u, receiver, receiver.point);
+    let sight = sight_through(0u, pixel.receiver, pixel.receiver.point);
     if !sight.possible {
-        visibility[pixel] = 0.0;
+        visibility[pixel.index] = 0.0;
     } else if sight.covered {
-        visibility[pixel] = upper_bound(bilinear_moments(sight), linear_depth(sight.closeness));
+        visibility[pixel.index] = upper_bound(bilinear_moments(sight), linear_depth(sight.closeness));
     }
 }
