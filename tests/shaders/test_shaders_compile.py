@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-import softshadows.techniques
+import softshadows.frame
 from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import Struct
@@ -24,7 +24,7 @@ SHADERS = sorted(path for path in SOURCE.rglob("*.wgsl") if ENTRY.search(path.re
 
 
 def all_structs(base: type[Struct] = Struct) -> list[type[Struct]]:
-    """Every struct that Python shares with a shader, once the techniques are imported."""
+    """Every struct that Python shares with a shader, once the renderer is imported."""
     return [struct for direct in base.__subclasses__() for struct in (direct, *all_structs(direct))]
 
 
