@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 import sys
 from pathlib import Path
@@ -10,57 +9,56 @@ from pathlib import Path
 import pytest
 
 from softshadows.techniques import TECHNIQUES
+from softshadows.techniques.manual import HEADINGS, manual, section, sentence, summary
 
-HEADINGS = ["Paper", "Section map", "Departures from the paper", "Use when", "Fails when", "Inputs", "Cost"]
 TAG = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?(?: [^\]]+)?)\]")
 SHADERS = Path(sys.modules["softshadows.techniques"].__file__ or "").parent.parent / "shaders"
 
 techniques = pytest.mark.parametrize("name", list(TECHNIQUES))
 
 
-def module_of(name: str) -> tuple[str, Path]:
-    """The docstring and the folder of a technique's module."""
-    module = sys.modules[TECHNIQUES[name].__module__]
-    return inspect.getdoc(module) or "", Path(module.__file__ or "").parent
-
-
-def section(manual: str, heading: str) -> str:
-    """The text under a heading, up to the next line that is not indented."""
-    match = re.search(rf"^{heading}\n((?:[ \t]+.*\n|\n)+)", manual + "\n", re.MULTILINE)
-    return match[1] if match else ""
+def folder_of(name: str) -> Path:
+    return Path(sys.modules[TECHNIQUES[name].__module__].__file__ or "").parent
 
 
 @techniques
 def test_headings_are_there_in_order_and_none_is_empty(name: str) -> None:
-    manual, _ = module_of(name)
-    lines = manual.splitlines()
+    lines = manual(TECHNIQUES[name]).splitlines()
     assert lines[0].endswith("."), "the first line says what it is, in a sentence"
     found = [line for line in lines if line in HEADINGS]
-    assert found == HEADINGS
+    assert found == list(HEADINGS)
     for heading in HEADINGS:
-        assert section(manual, heading).strip(), f"nothing under {heading!r}"
+        assert section(TECHNIQUES[name], heading), f"nothing under {heading!r}"
 
 
 @techniques
 def test_one_word_names_a_technique(name: str) -> None:
-    manual, folder = module_of(name)
-    assert folder.name == name
+    assert folder_of(name).name == name
     assert TECHNIQUES[name].__module__ == f"softshadows.techniques.{name}.{name}"
-    assert manual
+
+
+def test_a_page_is_taken_apart() -> None:
+    """Sections end where the next begins, without their indentation; sentences lose their line breaks."""
+    hard = TECHNIQUES["hard"]
+    assert summary(hard) == manual(hard).splitlines()[0]
+    assert section(hard, "Inputs") == "any light, taken as its centre."
+    assert sentence(hard, "Fails when").startswith("the light has any size")
+    assert "\n" not in sentence(hard, "Departures from the paper")
+    assert section(hard, "Inputs when") == ""
 
 
 @techniques
 def test_the_section_map_agrees_with_the_shader(name: str) -> None:
     """Tags of the map and of the technique's own shaders are the same; keys are the papers'; functions exist."""
-    manual, folder = module_of(name)
-    own = {path.name: path.read_text(encoding="utf-8") for path in folder.glob("*.wgsl")}
+    technique = TECHNIQUES[name]
+    own = {path.name: path.read_text(encoding="utf-8") for path in folder_of(name).glob("*.wgsl")}
     shared = {path.name: path.read_text(encoding="utf-8") for path in SHADERS.glob("*.wgsl")}
-    section_map = section(manual, "Section map")
+    section_map = section(technique, "Section map")
     if section_map.strip() == "none.":
-        assert section(manual, "Paper").strip() == "none."
+        assert section(technique, "Paper") == "none."
         return
 
-    papers = set(re.findall(r"\[(\w+)\]", section(manual, "Paper")))
+    papers = set(re.findall(r"\[(\w+)\]", section(technique, "Paper")))
     entries = re.findall(r"^\s*\[([^\]]+)\]\s+(.+?)\s+->\s+(\S+\.wgsl)\s+(.+)$", section_map, re.MULTILINE)
     assert len(entries) == len([line for line in section_map.splitlines() if line.strip()]), section_map
     assert {tag.split()[0] for tag, *_ in entries} == papers
