@@ -182,6 +182,30 @@ def test_error_image_colours() -> None:
     assert image.dtype == np.float32
 
 
+def test_the_worst_region_holds_the_largest_sum_of_squares() -> None:
+    """Two faults: a small deep one wins over a large shallow one; the mask hides it; the border cuts the square."""
+    truth = np.ones((40, 60), np.float32)
+    visibility = truth.copy()
+    visibility[5:15, 5:15] = 0.9
+    visibility[30:34, 50:54] = 0.0
+    worst = metrics.worst_region(visibility, truth, side=8)
+    assert worst is not None
+    assert (worst.width, worst.height) == (8, 8)
+    assert worst.x <= 50 <= 53 < worst.x + 8
+    assert worst.y <= 30 <= 33 < worst.y + 8
+    assert worst.rmse == pytest.approx(np.sqrt(16 / 64))
+    masked = metrics.worst_region(visibility, truth, np.arange(60) < np.full((40, 1), 40), side=10)
+    assert masked is not None
+    assert (masked.x, masked.y) == (5, 5)
+    assert masked.rmse == pytest.approx(0.1)
+    whole = metrics.worst_region(visibility, truth, side=100)
+    assert whole is not None
+    assert whole[:4] == (0, 0, 60, 40)
+    assert metrics.worst_region(truth, truth) is None
+    with pytest.raises(OptionError, match="side"):
+        metrics.worst_region(visibility, truth, side=0)
+
+
 @pytest.mark.parametrize(
     ("visibility", "truth", "mask", "message"),
     [
