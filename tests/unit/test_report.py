@@ -23,6 +23,7 @@ from softshadows.report.page import COLUMNS, page, row_values
 from softshadows.report.plates import plates
 from softshadows.report.results import SCHEMA, results, write_bytes
 from softshadows.report.suites import baselines
+from softshadows.report.turns import Timing
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
 
@@ -35,6 +36,8 @@ ENVIRONMENT = {
     "versions": {"python": "3", "embreex": None},
     "commit": None,
 }
+
+TIMES = {"frame": Timing(1.5, 1.25, 2.0, 3)}
 
 
 def made_up_measurement(lights: int = 1) -> Measurement:
@@ -51,7 +54,7 @@ def made_up_measurement(lights: int = 1) -> Measurement:
         visibility = truth + np.float32(offset)
         comparisons = [metrics.compare(*light) for light in zip(visibility, truth, mask, strict=True)]
         made.append(
-            Result(technique, label_of(technique), visibility, picture, comparisons, None, 1.5, stats, ["a & b"])
+            Result(technique, label_of(technique), visibility, picture, comparisons, None, TIMES, stats, ["a & b"])
         )
     reference = Reference(truth, mask, picture, 0.0, samples=64, standard_error=0.01, seconds=0.5)
     return Measurement(shot, reference, made, ["vsm: cannot <do> it"])
@@ -124,6 +127,8 @@ def test_report_files(tmp_path: Path) -> None:
     first = picture["techniques"][0]
     assert (first["label"], first["name"], first["options"]["grid"]) == ("uniform:grid=3", "uniform", 3)
     assert first["lights"][0]["rmse"] == 0.0
+    assert first["frame_ms"] == 1.5
+    assert first["times"] == {"frame": {"median_ms": 1.5, "fastest_ms": 1.25, "slowest_ms": 2.0, "frames": 3}}
     image = Image.open(index.parent / "images" / "uniform-grid-3-visibility.png")
     assert image.size == (WIDTH, HEIGHT)
     np.testing.assert_array_equal(np.asarray(image)[0, [0, -1]], [0, 255])
@@ -200,7 +205,7 @@ def test_real_failure_is_skipped_or_raised(monkeypatch: pytest.MonkeyPatch) -> N
     def fail(*arguments: object, **options: object) -> None:
         raise DeviceError("too little memory")
 
-    monkeypatch.setattr("softshadows.report.measure.Renderer", fail)
+    monkeypatch.setattr("softshadows.report.turns.Renderer", fail)
     with pytest.raises(DeviceError):
         measure(small_shot(), [make_technique("hard")], samples=1)
     measurement = measure(small_shot(), [make_technique("hard")], samples=1, skip=True)

@@ -6,10 +6,8 @@ visibility differs between them; their FLIP is against the picture composed with
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,7 +17,8 @@ import numpy.typing as npt
 from softshadows import metrics, truth
 from softshadows.display import automatic_exposure, display
 from softshadows.errors import DeviceError, OptionError
-from softshadows.frame import Frame, Renderer, render
+from softshadows.frame import Frame, render
+from softshadows.report.turns import Timing, label_of, render_in_turns
 from softshadows.scene.model import Scene
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique, make_technique
@@ -57,9 +56,10 @@ class Reference:
 
 @dataclass(eq=False)
 class Result:
-    """A technique on the shot. `frame_ms` is the median wall time of a frame with its read-back, after a first one.
+    """A technique on the shot.
 
-    `figures` are what a suite measures beyond that, by name: numbers, None or dicts of them.
+    `times` are wall times of frames with their read-back by what was asked of them, "frame" among them: the one that
+    tables show. `figures` are what a suite measures beyond that, by name: numbers, None or dicts of them.
     """
 
     technique: Technique
@@ -68,10 +68,14 @@ class Result:
     picture: Picture
     comparisons: list[metrics.Comparison]
     flip: float | None
-    frame_ms: float
+    times: dict[str, Timing]
     stats: dict[str, Any]
     warnings: list[str] = field(default_factory=list)
     figures: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def frame_ms(self) -> float:
+        return self.times["frame"].median_ms
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +104,9 @@ class Yardstick:
     unshadowed: Floats
     frame: Frame
 
-    def result(self, technique: Technique, frame: Frame, frame_ms: float) -> Result:
+    def result(self, technique: Technique, frame: Frame, timing: Timing | float) -> Result:
         """The figures of a technique's frame."""
+        timing = timing if isinstance(timing, Timing) else Timing.of([timing])
         reference = self.reference
         picture = display(_lit(self.emitted, self.unshadowed, frame.visibility), exposure=reference.exposure)
         comparisons = [
@@ -115,7 +120,7 @@ class Yardstick:
             picture=picture,
             comparisons=comparisons,
             flip=_flip(picture, reference.picture),
-            frame_ms=frame_ms,
+            times={"frame": timing},
             stats=_stats(frame),
             warnings=list(frame.stats.warnings),
         )
@@ -127,16 +132,6 @@ def yardstick(shot: Shot, samples: int, notice: Notice) -> Yardstick:
     emitted, unshadowed, frame = _unshadowed(shot)
     notice(f"tracing the truth, {samples} rays per pixel and light", 0.05)
     return Yardstick(_reference(shot, frame, samples, emitted, unshadowed), emitted, unshadowed, frame)
-
-
-def label_of(technique: Technique) -> str:
-    """The technique's name with the options that differ from their defaults: `uniform:grid=9`."""
-    changed = [
-        f"{option.name}={getattr(technique, option.name)}"
-        for option in technique.options()
-        if getattr(technique, option.name) != option.default
-    ]
-    return ":".join([technique.name, *changed])
 
 
 def measure(
@@ -173,15 +168,14 @@ def measure(
             skipped.append(str(error))
 
     held = yardstick(shot, samples, notice)
-    rendered, times, failed = _render_in_turns(shot, able, repeats, notice, skip, profile)
-    skipped += failed
+    turns = render_in_turns(
+        shot, able, repeats, lambda doing, share: notice(doing, 0.25 + 0.7 * share), skip=skip, profile=profile
+    )
 
     notice("comparing", 0.95)
-    results = [
-        held.result(technique, frame, statistics.median(times[technique])) for technique, frame in rendered.items()
-    ]
+    results = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
     notice("done", 1.0)
-    return Measurement(shot, held.reference, results, skipped)
+    return Measurement(shot, held.reference, results, skipped + turns.failed)
 
 
 def _unshadowed(shot: Shot) -> tuple[Floats, Floats, Frame]:
@@ -218,39 +212,6 @@ def _reference(shot: Shot, frame: Frame, samples: int, emitted: Floats, unshadow
 def _lit(emitted: Floats, unshadowed: Floats, visibility: Floats) -> Floats:
     """(h, w, 3) linear radiance: what each light would give alone × what is visible of it, and what glows by itself."""
     return emitted + np.einsum("lyxc,lyx->yxc", unshadowed, visibility)
-
-
-def _render_in_turns(
-    shot: Shot, techniques: list[Technique], repeats: int, notice: Notice, skip: bool, profile: str
-) -> tuple[dict[Technique, Frame], dict[Technique, list[float]], list[str]]:
-    """The last frame of each technique, its wall times in milliseconds, and which could not run."""
-    frames: dict[Technique, Frame] = {}
-    times: dict[Technique, list[float]] = {technique: [] for technique in techniques}
-    failed = []
-    with ExitStack() as stack:
-        renderers: dict[Technique, Renderer] = {}
-        rounds, done = repeats + 1, 0
-        for turn in range(rounds):  # the first turn compiles and uploads, and is not timed
-            for technique in techniques if turn == 0 else list(renderers):
-                share = 0.25 + 0.7 * done / (rounds * len(techniques))
-                notice(f"{label_of(technique)}, " + (f"frame {turn} of {repeats}" if turn else "first frame"), share)
-                done += 1
-                try:
-                    if turn == 0:
-                        renderers[technique] = stack.enter_context(
-                            Renderer(shot.scene, technique=technique, size=shot.size, profile=profile)
-                        )
-                    started = time.perf_counter()
-                    frames[technique] = renderers[technique].render(shot.camera)
-                    if turn:
-                        times[technique].append(1e3 * (time.perf_counter() - started))
-                except DeviceError as error:
-                    if not skip:
-                        raise
-                    renderers.pop(technique, None)
-                    frames.pop(technique, None)
-                    failed.append(f"{label_of(technique)}: {error}")
-    return frames, times, failed
 
 
 def _stats(frame: Frame) -> dict[str, Any]:

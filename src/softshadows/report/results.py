@@ -5,8 +5,10 @@ created       ISO 8601, UTC
 environment   adapter (name, driver, features, limits), cpu, system, versions, commit
 suite         the suite's name, or None
 pictures      one per shot: scene, size, triangles, camera, lights, truth (samples, standard_error, seconds),
-              techniques (label, name, options, shadow_maps, lookups_per_pixel, frame_ms, gpu_ms by pass, cpu_ms,
-              gpu_bytes, flip, warnings, figures, lights: one Comparison each), skipped, figures
+              techniques (label, name, options, shadow_maps, lookups_per_pixel, frame_ms, times, gpu_ms by pass,
+              cpu_ms, gpu_bytes, flip, warnings, figures, lights: one Comparison each), skipped, figures
+times         wall times of frames taken in turns, by what was asked of them ("frame": the one in frame_ms), each with
+              median_ms, fastest_ms, slowest_ms and the number of frames
 figures       what the suite measures beyond that, of a technique or of the picture; its module says what
 """
 
@@ -81,6 +83,7 @@ def _technique(result: Result) -> dict[str, Any]:
         "name": result.technique.name,
         "options": {option.name: getattr(result.technique, option.name) for option in result.technique.options()},
         "frame_ms": result.frame_ms,
+        "times": {name: dataclasses.asdict(timing) for name, timing in result.times.items()},
         **result.stats,
         "flip": result.flip,
         "warnings": result.warnings,
