@@ -21,7 +21,7 @@ equal_rays_bound           "at most" or "at least", where that lies beyond RAYS
 ray_time_ratio_redrawn, _kept
                            the time of so many rays on all of this machine's cores, over this technique's. Rays alone:
                            no acceleration structure is built in it
-redrawn, kept              median wall_ms, gpu_ms by pass
+redrawn, kept              median wall_ms, gpu_ms by pass; in `times`, "frame" is redrawn
 
 A picture's figure `rays` holds samples, rmse and seconds of every number of rays. Pictures, where there is a folder for
 them: per view and technique the picture, its difference to the picture by `uniform` times 5 and times 40, and what
@@ -46,13 +46,14 @@ from softshadows import metrics, truth
 from softshadows.errors import DeviceError, SceneError
 from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.baselines import SCENES_VARIABLE
+from softshadows.report.turns import LIGHT_STEP, Timing, label_of, moved
 from softshadows.scene import builtin
 from softshadows.scene.camera import Camera
-from softshadows.scene.lights import Light, LineLight, RectLight
+from softshadows.scene.lights import RectLight
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 from softshadows.techniques.adaptive.pictures import all_pictures
@@ -75,7 +76,7 @@ RAY_SEED = 1
 """Not the truth's, whose errors would be the same."""
 AMPLIFICATIONS = (5, 40)
 """Of the paper's difference images: figures 7 and 10."""
-LIGHT_STEP, CAMERA_STEP = 1e-6, 1e-3
+CAMERA_STEP = 1e-3
 """Metres from frame to frame."""
 SETTLING = 2
 """Frames with a moving camera before maps are kept: the first one draws them anew, with room for what comes next."""
@@ -119,6 +120,10 @@ class Run:
             for name in dict.fromkeys(n for f in frames for n in f)
         }
         return {"wall_ms": statistics.median(self.wall_ms[mode]), "gpu_ms": by_pass}
+
+    def timing(self, mode: str) -> Timing:
+        """The median and the spread of a mode that was measured."""
+        return Timing.of(self.wall_ms[mode])
 
 
 @dataclass(frozen=True)
@@ -250,7 +255,7 @@ def render_in_turns(
             runs.append(Run(technique, renderer, frame, all_pictures(renderer) if wants else {}))
         for turn in range(1, settings.repeats + 1):
             notice(f"all redrawn, frame {turn} of {settings.repeats}", 0.5 * turn / (settings.repeats + 1))
-            shot.scene.lights = [_moved(light, turn * LIGHT_STEP) for light in lights]
+            shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
             for run in runs:
                 run.render(REDRAWN, shot.camera)
         keeping = [run for run in runs if getattr(run.technique, "resolution", None) != "auto"]
@@ -261,17 +266,6 @@ def render_in_turns(
             for run in keeping:
                 run.render(KEPT if turn > SETTLING else SETTLED, camera)
     return runs, failed
-
-
-def _moved(light: Light, by: float) -> Light:
-    """The light a little along x: to the renderer another one."""
-    if isinstance(light, LineLight):
-        return replace(light, start=_along_x(light.start, by), end=_along_x(light.end, by))
-    return replace(light, position=_along_x(light.position, by))  # type: ignore[attr-defined]
-
-
-def _along_x(position: tuple[float, float, float], by: float) -> tuple[float, float, float]:
-    return (position[0] + by, position[1], position[2])
 
 
 def _shifted(camera: Camera, by: npt.NDArray[np.float64]) -> Camera:
@@ -305,7 +299,9 @@ def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
 def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
     redrawn, kept = run.timings(REDRAWN), run.timings(KEPT)
     assert redrawn is not None, "every technique is timed with all redrawn"
-    result = held.result(run.technique, run.frame, redrawn["wall_ms"])
+    result = held.result(run.technique, run.frame, run.timing(REDRAWN))
+    if kept is not None:
+        result.times[KEPT] = run.timing(KEPT)
     result.stats["gpu_ms"] = redrawn["gpu_ms"]
     uniform = [
         metrics.compare(*light)
