@@ -9,7 +9,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,7 +17,7 @@ import numpy.typing as npt
 from softshadows import metrics, truth
 from softshadows.display import automatic_exposure, display
 from softshadows.errors import DeviceError, OptionError
-from softshadows.frame import Frame, render
+from softshadows.frame import Frame, FrameStats, render
 from softshadows.report.turns import Timing, label_of, render_in_turns
 from softshadows.scene.model import Scene
 from softshadows.scene.shot import Shot
@@ -35,6 +35,28 @@ UNSHADOWED = "none"
 def notice_of_step(notice: Notice, index: int, count: int, name: str) -> Notice:
     """For step `index` of `count` equal ones: what it is told reaches `notice` as a named part of the whole."""
     return lambda doing, share: notice(f"{name}: {doing}", (index + share) / count)
+
+
+class Shadows(Protocol):
+    """What is measured of a frame: a Frame, or what was kept of one."""
+
+    @property
+    def visibility(self) -> Floats: ...
+    @property
+    def stats(self) -> FrameStats: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """Traced visibility (lights, height, width) float32, its mean standard error where metrics apply, and its time."""
+
+    visibility: Floats
+    standard_error: float
+    seconds: float
+
+
+Tracer = Callable[[Shot, Frame, int], Truth]
+"""Finds a shot's truth at the pixels of a frame, with so many rays per pixel and light."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,7 +126,7 @@ class Yardstick:
     unshadowed: Floats
     frame: Frame
 
-    def result(self, technique: Technique, frame: Frame, timing: Timing | float) -> Result:
+    def result(self, technique: Technique, frame: Shadows, timing: Timing | float) -> Result:
         """The figures of a technique's frame."""
         timing = timing if isinstance(timing, Timing) else Timing.of([timing])
         reference = self.reference
@@ -126,12 +148,32 @@ class Yardstick:
         )
 
 
-def yardstick(shot: Shot, samples: int, notice: Notice) -> Yardstick:
-    """Render the shot without shadows, and trace its truth with `samples` rays per pixel and light."""
+def trace(shot: Shot, frame: Frame, samples: int) -> Truth:
+    """The truth by Embree."""
+    started = time.perf_counter()
+    visibility, error = truth.visibility(shot.scene, frame, samples=samples, return_error=True)
+    mask = frame.facing & frame.surface
+    return Truth(visibility, float(error[mask].mean()) if mask.any() else 0.0, time.perf_counter() - started)
+
+
+def yardstick(shot: Shot, samples: int, notice: Notice, tracer: Tracer = trace) -> Yardstick:
+    """Render the shot without shadows, and find its truth with `samples` rays per pixel and light."""
     notice("rendering without shadows", 0.0)
     emitted, unshadowed, frame = _unshadowed(shot)
     notice(f"tracing the truth, {samples} rays per pixel and light", 0.05)
-    return Yardstick(_reference(shot, frame, samples, emitted, unshadowed), emitted, unshadowed, frame)
+    traced = tracer(shot, frame, samples)
+    radiance = _lit(emitted, unshadowed, traced.visibility)
+    exposure = automatic_exposure(radiance)
+    reference = Reference(
+        visibility=traced.visibility,
+        mask=frame.facing & frame.surface,
+        picture=display(radiance, exposure=exposure),
+        exposure=exposure,
+        samples=samples,
+        standard_error=traced.standard_error,
+        seconds=traced.seconds,
+    )
+    return Yardstick(reference, emitted, unshadowed, frame)
 
 
 def measure(
@@ -150,23 +192,7 @@ def measure(
     technique cannot do the shot's lights and DeviceError where the adapter, or the `profile` of frame.Renderer, cannot;
     with `skip` they are left out.
     """
-    if not techniques:
-        raise OptionError("nothing to compare: name at least one technique")
-    if not shot.scene.lights:
-        raise OptionError("nothing to compare: the scene has no light")
-    if shot.size[0] * shot.size[1] > MAX_MEASURED_PIXELS:
-        raise OptionError(f"comparing needs at most {MAX_MEASURED_PIXELS} pixels, got {shot.size[0]}×{shot.size[1]}")
-    skipped: list[str] = []
-    able = []
-    for technique in dict.fromkeys(techniques):
-        try:
-            technique.check_lights(shot.scene.lights)
-            able.append(technique)
-        except OptionError as error:
-            if not skip:
-                raise
-            skipped.append(str(error))
-
+    able, skipped = able_techniques(shot, techniques, skip=skip)
     held = yardstick(shot, samples, notice)
     turns = render_in_turns(
         shot, able, repeats, lambda doing, share: notice(doing, 0.25 + 0.7 * share), skip=skip, profile=profile
@@ -176,6 +202,30 @@ def measure(
     results = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
     notice("done", 1.0)
     return Measurement(shot, held.reference, results, skipped + turns.failed)
+
+
+def able_techniques(shot: Shot, techniques: Sequence[Technique], *, skip: bool) -> tuple[list[Technique], list[str]]:
+    """Those that can do the shot's lights, each once; with `skip` also a sentence on each of the others.
+
+    Raises OptionError for a shot that cannot be measured, and without `skip` for a technique that cannot do it.
+    """
+    if not techniques:
+        raise OptionError("nothing to compare: name at least one technique")
+    if not shot.scene.lights:
+        raise OptionError("nothing to compare: the scene has no light")
+    if shot.size[0] * shot.size[1] > MAX_MEASURED_PIXELS:
+        raise OptionError(f"comparing needs at most {MAX_MEASURED_PIXELS} pixels, got {shot.size[0]}×{shot.size[1]}")
+    able: list[Technique] = []
+    skipped: list[str] = []
+    for technique in dict.fromkeys(techniques):
+        try:
+            technique.check_lights(shot.scene.lights)
+            able.append(technique)
+        except OptionError as error:
+            if not skip:
+                raise
+            skipped.append(str(error))
+    return able, skipped
 
 
 def _unshadowed(shot: Shot) -> tuple[Floats, Floats, Frame]:
@@ -192,29 +242,12 @@ def _unshadowed(shot: Shot) -> tuple[Floats, Floats, Frame]:
     return emitted, np.stack([one.color - emitted for one in single]), frame
 
 
-def _reference(shot: Shot, frame: Frame, samples: int, emitted: Floats, unshadowed: Floats) -> Reference:
-    started = time.perf_counter()
-    visibility, error = truth.visibility(shot.scene, frame, samples=samples, return_error=True)
-    mask = frame.facing & frame.surface
-    radiance = _lit(emitted, unshadowed, visibility)
-    exposure = automatic_exposure(radiance)
-    return Reference(
-        visibility=visibility,
-        mask=mask,
-        picture=display(radiance, exposure=exposure),
-        exposure=exposure,
-        samples=samples,
-        standard_error=float(error[mask].mean()) if mask.any() else 0.0,
-        seconds=time.perf_counter() - started,
-    )
-
-
 def _lit(emitted: Floats, unshadowed: Floats, visibility: Floats) -> Floats:
     """(h, w, 3) linear radiance: what each light would give alone × what is visible of it, and what glows by itself."""
     return emitted + np.einsum("lyxc,lyx->yxc", unshadowed, visibility)
 
 
-def _stats(frame: Frame) -> dict[str, Any]:
+def _stats(frame: Shadows) -> dict[str, Any]:
     stats = frame.stats
     return {
         "shadow_maps": stats.shadow_maps,
