@@ -76,7 +76,7 @@ class Occluders:
         shape = ray.shape[:-1]
         origin = np.ascontiguousarray(start - self.center, np.float32).reshape(-1, 3)
         direction = np.ascontiguousarray(ray, np.float32).reshape(-1, 3)
-        share = np.ascontiguousarray(np.broadcast_to(until, shape), np.float32).reshape(-1)
+        share = np.array(np.broadcast_to(until, shape), np.float32).reshape(-1)  # Embree wants to be able to write
         return self._blocked(origin, direction, share).reshape(shape)
 
     def _blocked(self, origin: Floats, direction: Floats, share: Floats) -> Bools:
