@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softshadows.errors import OptionError
 from softshadows.report.measure import Measurement, Notice
-from softshadows.report.suites import adaptive, baselines, linear, mobile, wedges
+from softshadows.report.suites import adaptive, baselines, linear, mobile, scaling, wedges
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
     "baselines": baselines.run,
     "linear": linear.run,
     "mobile": mobile.run,
+    "scaling": scaling.run,
     "wedges": wedges.run,
 }
 
