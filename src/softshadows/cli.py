@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Iterable
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -15,11 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
+from softshadows.cli_bench import bench
+from softshadows.cli_parts import SizeOption, check_folder, new_console, say
 from softshadows.errors import OptionError, SoftShadowsError
 
 if TYPE_CHECKING:
-    from rich.console import Console
-
     from softshadows.scene.shot import Shot
 
 BAD_INPUT = 2
@@ -70,6 +69,8 @@ everything about a picture.
 """,
 )
 
+app.add_typer(bench, name="bench")
+
 SceneArgument = Annotated[
     str, typer.Argument(metavar="SCENE", help="Model file, built-in scene or shot (.toml).", show_default=False)
 ]
@@ -100,10 +101,6 @@ CameraOption = Annotated[
         help="Replaces the scene's camera, as `softshadows render -h` shows; metres and degrees.",
         show_default=False,
     ),
-]
-SizeOption = Annotated[
-    str | None,
-    typer.Option("--size", metavar="WxH", help="Picture size in pixels, such as `1024x768`.", show_default=False),
 ]
 GroundOption = Annotated[bool, typer.Option("--ground", help="Add a plane under the scene's lowest point.")]
 ProfileOption = Annotated[
@@ -144,10 +141,10 @@ def render(
 
     `--light rect:position=0,4,0:target=0,0,0:width=1:height=1:radiance=10,10,10`
     """
-    console = _console()
+    console = new_console()
     if output.suffix.lower() not in PICTURES:
         raise OptionError(f"--output must end in one of {', '.join(PICTURES)}, got {str(output)!r}")
-    _check_folder(output.parent)
+    check_folder(output.parent)
     with console.status("reading the scene"):
         shot = _open(scene, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
@@ -162,7 +159,7 @@ def render(
     with console.status(f"rendering with {renderer.technique.name}"), renderer:
         frame = renderer.render(shot.camera)
         _save(frame, output)
-    _say(console, [*shot.notes, *(w for w in frame.stats.warnings if w not in shot.notes)])
+    say(console, [*shot.notes, *(w for w in frame.stats.warnings if w not in shot.notes)])
     milliseconds = sum(frame.stats.gpu_ms.values())
     timing = f", {milliseconds:.1f} ms on the GPU" if milliseconds else ""
     console.print(
@@ -208,8 +205,8 @@ def compare(
 
     -O applies to every technique that has the option.
     """
-    console = _console()
-    _check_folder(output, may_be_new=True)
+    console = new_console()
+    check_folder(output, may_be_new=True)
     with console.status("reading the scene"):
         shot = _open(scene, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
@@ -222,68 +219,10 @@ def compare(
     with progress(console) as notice:
         measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice, profile=profile.value)
         index = write_report(measurement, output)
-    _say(console, shot.notes)
+    say(console, shot.notes)
     console.print(results_table([measurement]))
     console.print(
         f"open {index} in a browser; the figures are in {output / 'results.json'}", highlight=False, soft_wrap=True
-    )
-
-
-@app.command()
-def bench(
-    suite: Annotated[
-        str, typer.Argument(metavar="SUITE", help="A suite's name, such as `baselines`.", show_default=False)
-    ],
-    json: Annotated[
-        Path | None,
-        typer.Option(
-            "--json",
-            help="Also write all figures to this file; pictures, if the suite makes any, to a folder of its name.",
-            show_default=False,
-        ),
-    ] = None,
-    size: SizeOption = None,
-    samples: Annotated[
-        int, typer.Option("--samples", min=1, max=65536, help="Rays per pixel and light for the truth.")
-    ] = 256,
-    repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 5,
-) -> None:
-    """Run a benchmark suite: every figure beside the truth, medians over frames rendered in turns.
-
-    `softshadows bench baselines --json baselines.json`
-
-    The real scenes are measured too where SOFTSHADOWS_SCENES names their folder.
-    """
-    console = _console()
-    if json is not None:
-        _check_folder(json.parent)
-    with console.status("preparing the device"):
-        from softshadows.report.console import figures_table, progress, results_table
-        from softshadows.report.results import results, write_json
-        from softshadows.report.suites import Settings, find_suite
-        from softshadows.scene.description import size_from_text
-
-        run = find_suite(suite)
-        folder = json.with_suffix("") if json is not None and json.suffix else None
-        if folder is not None:
-            _check_folder(folder, may_be_new=True)
-        settings = Settings(size_from_text(size) if size else None, samples, repeats, folder)
-    with progress(console) as notice:
-        measurements = run(settings, notice)
-        data = results(measurements, suite=suite)
-    if json is not None:
-        write_json(data, json)
-    console.print(results_table(measurements))
-    for table in filter(None, map(figures_table, measurements)):
-        console.print(table)
-    _say(console, [f"{m.shot.name}: {sentence}" for m in measurements for sentence in m.skipped])
-    machine = data["environment"]
-    adapter = machine["adapter"]
-    console.print(
-        f"{adapter['adapter']} ({adapter['backend']}, {adapter['driver']}), {machine['cpu']}, "
-        f"commit {machine['commit']}",
-        highlight=False,
-        soft_wrap=True,
     )
 
 
@@ -295,7 +234,7 @@ def techniques() -> None:
     from softshadows.techniques import TECHNIQUES
     from softshadows.techniques.base import legal_values
 
-    console = _console()
+    console = new_console()
     for name, cls in TECHNIQUES.items():
         console.print(f"[bold]{name}[/bold]  {_summary(cls)}", highlight=False)
         if cls.options():
@@ -316,7 +255,7 @@ def scenes() -> None:
     table = Table(box=None, show_header=False, padding=(0, 2, 0, 0))
     for name in SCENES:
         table.add_row(f"[bold]{name}[/bold]", describe(name))
-    _console().print(table)
+    new_console().print(table)
 
 
 @app.command()
@@ -341,7 +280,7 @@ def info() -> None:
     table.add_row("versions", ", ".join(f"{name} {number}" for name, number in found["versions"].items() if number))
     if found["commit"]:
         table.add_row("commit", found["commit"])
-    _console().print(table)
+    new_console().print(table)
 
 
 def _version(wanted: bool) -> None:
@@ -378,16 +317,6 @@ def _open(
     )
 
 
-def _check_folder(folder: Path, *, may_be_new: bool = False) -> None:
-    """OptionError where a result could not be written: better before an hour's work than after it."""
-    if may_be_new:
-        folder = next(place for place in (folder, *folder.absolute().parents) if place.exists())
-        if not folder.is_dir():
-            raise OptionError(f"the output needs a folder, but {str(folder)!r} is a file")
-    if not folder.is_dir():
-        raise OptionError(f"the folder {str(folder)!r} for the output does not exist; make it first")
-
-
 def _save(frame: Any, output: Path) -> None:
     try:
         frame.save(output)
@@ -399,17 +328,6 @@ def _summary(cls: type) -> str:
     """The first sentence of a class's docstring, or of its module's."""
     text = " ".join((cls.__doc__ or sys.modules[cls.__module__].__doc__ or "").split())
     return re.split(r"(?<=[.!?])\s", text)[0]
-
-
-def _say(console: Console, sentences: Iterable[str]) -> None:
-    for sentence in dict.fromkeys(sentences):
-        console.print(f"note: {sentence}", style="dim", highlight=False, markup=False, soft_wrap=True)
-
-
-def _console() -> Console:
-    from rich.console import Console
-
-    return Console()
 
 
 def main() -> None:

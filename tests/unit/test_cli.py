@@ -57,6 +57,9 @@ BAD_INPUT = {
     "bench nothing": "baselines",
     "bench baselines --json nowhere/out.json": "nowhere",
     "bench baselines --size big": "1024x768",
+    "bench --size big baselines": "1024x768",
+    "bench compare file.txt file.txt": "no JSON",
+    "bench compare file.txt": "AFTER",
     "paint blocker": "paint",
 }
 
@@ -112,6 +115,13 @@ def test_techniques_are_listed_with_their_options() -> None:
     for name, cls in TECHNIQUES.items():
         assert name in result.output
         assert all(f"{option.name}={option.default}" in result.output for option in cls.options())
+
+
+def test_help_names_every_suite() -> None:
+    from softshadows.report.suites import SUITES
+
+    output = run("bench run --help").output
+    assert all(name in output for name in SUITES)
 
 
 def test_version() -> None:

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
+    from softshadows.report.changes import Change
+
 MOST_COLUMNS = 5
 """Techniques side by side in 80 columns."""
 
@@ -88,6 +90,23 @@ def figures_table(measurement: Measurement) -> Table | None:
             table.add_column(label.replace(":", "\n"), justify="right", overflow="fold")
         for name, row in cells.items():
             table.add_row(name, *row)
+    return table
+
+
+def changes_table(title: str, changes: Sequence[Change]) -> Table:
+    """A row per figure that moved."""
+    from rich import box
+    from rich.table import Table
+
+    table = Table(title=title, title_justify="left", box=box.SIMPLE_HEAD, padding=(0, 1), pad_edge=False)
+    for heading in ("picture", "technique", "figure"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("before", "after", "change"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for change in changes:
+        share = "" if change.share is None else f"{change.share:+.1%}"
+        values = f"{change.before:.4g}", f"{change.after:.4g}", share
+        table.add_row(change.picture, change.technique, change.figure, *values)
     return table
 
 
