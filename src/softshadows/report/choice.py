@@ -22,7 +22,7 @@ def technique_from(shot: Shot, name: str | None, options: list[str]) -> Techniqu
 def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:
     """The techniques to compare: those named, or all that can do the shot's lights."""
     if names is None:
-        wanted = [cls.name for cls in TECHNIQUES.values() if _can_do(cls, shot)]
+        wanted = [cls.name for cls in TECHNIQUES.values() if can_do(cls, shot)]
     else:
         wanted = [name.strip() for name in names.split(",") if name.strip()]
     shared = dict(_option(text) for text in options)
@@ -40,9 +40,10 @@ def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[T
     return made
 
 
-def _can_do(cls: type[Technique], shot: Shot) -> bool:
+def can_do(technique: Technique | type[Technique], shot: Shot) -> bool:
+    """Whether a technique does all kinds of light of a shot."""
     try:
-        cls.check_lights(shot.scene.lights)
+        technique.check_lights(shot.scene.lights)
     except OptionError:
         return False
     return True

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softshadows.errors import OptionError
 from softshadows.report.measure import Measurement, Notice
-from softshadows.report.suites import adaptive, baselines, linear, mobile, scaling, wedges
+from softshadows.report.suites import adaptive, baselines, choice, linear, mobile, scaling, wedges
 
 
 @dataclass(frozen=True)
@@ -27,6 +27,7 @@ class Settings:
 SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
     "adaptive": adaptive.run,
     "baselines": baselines.run,
+    "choice": choice.run,
     "linear": linear.run,
     "mobile": mobile.run,
     "scaling": scaling.run,

@@ -80,19 +80,19 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
 def views() -> Iterator[View]:
     """The comparisons, then the costs; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
     for name in BUILTIN:
-        yield View(name, partial(_under_a_line, name, getattr(builtin, name)()), methods())
+        yield View(name, partial(under_a_line, name, getattr(builtin, name)()), methods())
     for file in _shots():
         yield View(file.stem, partial(open_shot, str(file)), methods())
     by_resolution: list[Technique] = []
     for resolution in RESOLUTIONS:
         by_resolution += [_point_lights(2, resolution), replace(OccludingEdges.preset("paper"), resolution=resolution)]
-    yield View("resolution", partial(_under_a_line, "resolution", builtin.figures()), by_resolution)
+    yield View("resolution", partial(under_a_line, "resolution", builtin.figures()), by_resolution)
     for count in SPHERES:
         scene = builtin.sphere_cube(count)
         edges = OccludingEdges.preset("paper")
         yield View(
             f"triangles {scene.triangle_count}",
-            partial(_under_a_line, f"triangles {scene.triangle_count}", scene),
+            partial(under_a_line, f"triangles {scene.triangle_count}", scene),
             [_point_lights(2, edges.resolution), edges],
         )
 
@@ -130,7 +130,7 @@ def _shots() -> list[Path]:
     return found
 
 
-def _under_a_line(name: str, scene: Scene) -> Shot:
+def under_a_line(name: str, scene: Scene) -> Shot:
     """The scene under a line as long as its light is wide, and as bright in all."""
     light = scene.lights[0]
     reach = light.axes[0] * light.half_extent[0]
