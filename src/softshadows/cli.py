@@ -172,7 +172,14 @@ def render(
 
 @app.command()
 def compare(
-    scene: SceneArgument,
+    scenes: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCENE...",
+            help="Model files, built-in scenes or shots (.toml): a picture each.",
+            show_default=False,
+        ),
+    ],
     output: Annotated[Path, typer.Option("-o", "--output", help="Folder for index.html, results.json and the images.")],
     technique: Annotated[
         str | None,
@@ -180,20 +187,31 @@ def compare(
             "-t",
             "--techniques",
             metavar="NAMES",
-            help="Names with commas between, each with options of its own where needed: "
-            "`pcss,uniform:grid=5`. Left out: all that can do the scene's lights.",
+            help="Names with commas between, each with options of its own where needed, one as often as you like: "
+            "`pcss,uniform:grid=5,uniform:grid=9`. Left out: all that can do the scene's lights.",
             show_default=False,
         ),
     ] = None,
     options: OptionsOption = None,
     light: LightOption = None,
-    camera: CameraOption = None,
+    camera: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--camera",
+            metavar="CAMERA",
+            help="Replaces the scene's camera, as `softshadows render -h` shows. Repeatable: a picture each.",
+            show_default=False,
+        ),
+    ] = None,
     size: SizeOption = None,
     ground: GroundOption = False,
     samples: Annotated[
         int, typer.Option("--samples", min=1, max=65536, help="Rays per pixel and light for the truth.")
     ] = 1024,
     repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 3,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Measure again what an earlier run into this folder has measured.")
+    ] = False,
     on_missing: OnMissingOption = OnMissing.error,
     profile: ProfileOption = Profile.full,
 ) -> None:
@@ -201,26 +219,34 @@ def compare(
 
     `softshadows compare blocker -t hard,pcss,uniform -o report/`
 
-    `softshadows compare shot.toml -t uniform:grid=5,uniform:grid=17 --size 640x480 -o report/`
+    `softshadows compare shot.toml near.toml -t uniform:grid=5,uniform:grid=17 --size 640x480 -o report/`
 
-    -O applies to every technique that has the option.
+    -O applies to every technique that has the option. Several scenes and cameras are several pictures on one page;
+    several lights are measured one by one, and their picture as a whole. An interrupted run goes on where it was when
+    it is started again.
     """
     console = new_console()
     check_folder(output, may_be_new=True)
     with console.status("reading the scene"):
-        shot = _open(scene, light, camera, size, ground, on_missing)
+        shots = _views(scenes, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
         from softshadows.report.choice import techniques_from
-        from softshadows.report.compare import write_report
+        from softshadows.report.compare import KEPT_FOLDER, Effort, Picture, write_report
+        from softshadows.report.compare import compare as measure_all
         from softshadows.report.console import progress, results_table
-        from softshadows.report.measure import measure
+        from softshadows.report.kept import Kept
 
-        techniques = techniques_from(shot, technique, options or [])
+        required = technique is not None and len(shots) == 1
+        pictures = [Picture(shot, techniques_from(shot, technique, options or []), required) for shot in shots]
+        kept = Kept(output / KEPT_FOLDER, fresh=fresh)
     with progress(console) as notice:
-        measurement = measure(shot, techniques, samples=samples, repeats=repeats, notice=notice, profile=profile.value)
-        index = write_report(measurement, output)
-    say(console, shot.notes)
-    console.print(results_table([measurement]))
+        measurements = measure_all(pictures, Effort(samples, repeats, profile.value), notice, kept)
+        index = write_report(measurements, output)
+        kept.forget_others()
+    for measurement in measurements:
+        name = f"{measurement.shot.name}: " if len(measurements) > 1 else ""
+        say(console, [name + sentence for sentence in [*measurement.shot.notes, *measurement.skipped]])
+    console.print(results_table(measurements))
     console.print(
         f"open {index} in a browser; the figures are in {output / 'results.json'}", highlight=False, soft_wrap=True
     )
@@ -315,6 +341,36 @@ def _open(
         ground=ground,
         on_missing=on_missing.value,
     )
+
+
+def _views(
+    scenes: list[str],
+    light: list[str] | None,
+    cameras: list[str] | None,
+    size: str | None,
+    ground: bool,
+    on_missing: OnMissing,
+) -> list[Shot]:
+    """A shot for every scene and camera, each with a name of its own."""
+    from dataclasses import replace
+
+    from softshadows.scene.description import camera_from_text
+
+    views = [camera_from_text(text) for text in cameras or []]
+    shots: list[Shot] = []
+    for scene in scenes:
+        shot = _open(scene, light, cameras[0] if cameras else None, size, ground, on_missing)
+        if len(views) < 2:
+            shots.append(shot)
+        shots += [
+            replace(shot, camera=view, name=f"{shot.name}, view {number}") for number, view in enumerate(views, 1)
+        ]
+    taken: dict[str, int] = {}
+    for index, shot in enumerate(shots):
+        taken[shot.name] = taken.get(shot.name, 0) + 1
+        if taken[shot.name] > 1:
+            shots[index] = replace(shot, name=f"{shot.name} ({taken[shot.name]})")
+    return shots
 
 
 def _save(frame: Any, output: Path) -> None:

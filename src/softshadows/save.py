@@ -59,11 +59,11 @@ def save_frame(
     }
     if suffix == ".png":
         picture = Image.fromarray(display(color, exposure=exposure))
-        _replace(path, lambda part: picture.save(part, format="PNG"))
+        replace_file(path, lambda part: picture.save(part, format="PNG"))
     elif suffix == ".exr":
-        _replace(path, lambda part: _write_exr(part, _channels(images)))
+        replace_file(path, lambda part: _write_exr(part, _channels(images)))
     elif suffix == ".npz":
-        _replace(path, lambda part: np.savez_compressed(part, allow_pickle=False, **images))
+        replace_file(path, lambda part: np.savez_compressed(part, allow_pickle=False, **images))
     else:
         raise OptionError(f"{path.name!r}: the suffix must be one of {', '.join(SUFFIXES)}, got {path.suffix!r}")
 
@@ -81,7 +81,7 @@ def save_png(path: str | os.PathLike[str], values: Float | npt.NDArray[np.uint8]
         raise OptionError(f"an image must have the shape (height, width) or (height, width, 3), got {values.shape}")
     stored = values if values.dtype == np.uint8 else to_8_bit(values.astype(np.float64))
     picture = Image.fromarray(np.ascontiguousarray(stored))
-    _replace(path, lambda part: picture.save(part, format="PNG"))
+    replace_file(path, lambda part: picture.save(part, format="PNG"))
 
 
 def _channels(images: dict[str, npt.NDArray]) -> dict[str, npt.NDArray[np.float32]]:
@@ -106,7 +106,7 @@ def _write_exr(path: Path, channels: dict[str, npt.NDArray[np.float32]]) -> None
         file.write(str(path))
 
 
-def _replace(path: Path, write: Callable[[Path], object]) -> None:
+def replace_file(path: Path, write: Callable[[Path], object]) -> None:
     """Let `write` fill a new file beside `path`, then put it in its place in one step."""
     if not path.parent.is_dir():
         raise OptionError(f"cannot write {path.name!r}: the folder {str(path.parent)!r} does not exist")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
@@ -17,20 +18,45 @@ if TYPE_CHECKING:
 MOST_COLUMNS = 5
 """Techniques side by side in 80 columns."""
 
+LEAST_SHARE = 0.01
+"""Of a run, before which its end is not foretold."""
+
 
 @contextmanager
 def progress(console: Console) -> Iterator[Notice]:
-    """A bar that says what is being done; gone when it is done, and silent where the output is not a terminal."""
+    """A bar that says what is being done, how long it has taken and how long it still will; gone when it is done.
+
+    Silent where the output is not a terminal.
+    """
     from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-    columns = (SpinnerColumn(), BarColumn(bar_width=24), TimeElapsedColumn(), TextColumn("{task.description}"))
+    remaining = TextColumn("{task.fields[left]}")
+    columns = (
+        SpinnerColumn(),
+        BarColumn(bar_width=24),
+        TimeElapsedColumn(),
+        remaining,
+        TextColumn("{task.description}"),
+    )
+    started = time.monotonic()
     with Progress(*columns, console=console, transient=True) as bar:
-        task = bar.add_task("", total=1.0)
+        task = bar.add_task("", total=1.0, left="")
 
         def notice(doing: str, share: float) -> None:
-            bar.update(task, description=doing, completed=share)
+            left = time_left(time.monotonic() - started, share)
+            bar.update(task, description=doing, completed=share, left=left)
 
         yield notice
+
+
+def time_left(elapsed_s: float, share: float) -> str:
+    """What a run that has done `share` of its work still needs, in words; empty as long as nobody can tell."""
+    if share < LEAST_SHARE:
+        return ""
+    left_s = elapsed_s * (1.0 - share) / share
+    if left_s < 90.0:
+        return f"{left_s:.0f} s left"
+    return f"{left_s / 60.0:.0f} min left" if left_s < 5400.0 else f"{left_s / 3600.0:.1f} h left"
 
 
 def results_table(measurements: Sequence[Measurement]) -> Table:

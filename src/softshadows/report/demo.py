@@ -30,7 +30,7 @@ def main() -> None:
     techniques = [make_technique(name) for name in (*BESIDE, SHOWN)]
     with progress(console) as notice:
         measurement = measure(shot, techniques, samples=SAMPLES, repeats=1, notice=notice)
-        index = write_report(measurement, FOLDER)
+        index = write_report([measurement], FOLDER)
         files = {"picture": "picture.png", "visibility": "visibility.png", "truth": "truth.png", "error": "error.png"}
         for caption, image in plates(measurement)[SHOWN]:
             if caption in files:

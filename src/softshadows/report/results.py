@@ -24,6 +24,7 @@ from typing import Any
 from softshadows.errors import OptionError
 from softshadows.report.environment import environment
 from softshadows.report.measure import Measurement, Result
+from softshadows.save import replace_file
 from softshadows.scene.lights import Light
 
 SCHEMA = "softshadows-results/1"
@@ -46,10 +47,10 @@ def write_json(data: dict[str, Any], path: Path) -> None:
 
 
 def write_bytes(data: bytes, path: Path) -> None:
-    """Write a file, making its folder first; OptionError saying why where that cannot be."""
+    """Write a file whole or not at all, making its folder first; OptionError saying why where that cannot be."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
+        replace_file(path, lambda part: part.write_bytes(data))
     except OSError as error:
         raise OptionError(f"{path} cannot be written: {error.strerror or error}") from error
 
