@@ -6,7 +6,7 @@
 
 @group(2) @binding(0) var<uniform> light: ShadowLight;
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
-@group(3) @binding(0) var<uniform> levels: Levels;      // that this pass adds up
+@group(3) @binding(10) var<uniform> levels: Levels;      // that this pass adds up
 
 var<workgroup> receivers: atomic<u32>;
 

@@ -5,10 +5,10 @@
 //#include "tree.wgsl"
 //#struct ReceiverBox
 
-@group(1) @binding(1) var<storage, read_write> requests: array<u32>;
-@group(1) @binding(2) var<storage, read_write> refined: array<u32>;
-@group(1) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
-@group(1) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(1) var<storage, read_write> requests: array<u32>;
+@group(3) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
+@group(3) @binding(6) var<storage, read_write> control: Control;
 @group(2) @binding(0) var<uniform> light: ShadowLight;
 @group(2) @binding(1) var<storage, read> receiver_boxes: array<ReceiverBox>;
 

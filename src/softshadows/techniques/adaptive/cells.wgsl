@@ -1,7 +1,7 @@
 // Rows of a tree's cells, for kernels that only read them.
 
-@group(1) @binding(1) var<storage, read> requests: array<u32>;   // by tree and row of samples
-@group(1) @binding(2) var<storage, read> refined: array<u32>;    // by tree, level and row of cells
+@group(3) @binding(1) var<storage, read> requests: array<u32>;   // by tree and row of samples
+@group(3) @binding(2) var<storage, read> refined: array<u32>;    // by tree, level and row of cells
 
 fn is_active(tree: u32) -> bool {
     return requests[tree * shape.sample_rows] != 0u;

@@ -7,11 +7,11 @@
 //#include "remembered.wgsl"
 //#include "level.wgsl"
 
-@group(1) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
-@group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
-@group(1) @binding(6) var<storage, read_write> control: Control;
-@group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
-@group(1) @binding(9) var<storage, read_write> counts: array<atomic<u32>>;   // by tree, level, row and cell
+@group(3) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
+@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
+@group(3) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
+@group(3) @binding(9) var<storage, read_write> counts: array<atomic<u32>>;   // by tree, level, row and cell
 
 // The number of visible corners of each cell in a row, from 0 to 4, as three bits in as many words.
 struct Corners {

@@ -7,7 +7,7 @@
 //#include "shadow_map.wgsl"
 //#include "weights.wgsl"
 
-@group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
+@group(3) @binding(11) var<storage, read_write> visibility: array<f32>;
 
 override pcf_texels: u32;    // along the kernel's side; 0: CELL
 const CELL_TAPS = 3u;        // along a side

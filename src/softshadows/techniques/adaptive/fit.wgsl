@@ -4,8 +4,8 @@
 //#include "tree.wgsl"
 //#include "level.wgsl"
 
-@group(1) @binding(1) var<storage, read> requests: array<u32>;
-@group(1) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(1) var<storage, read> requests: array<u32>;
+@group(3) @binding(6) var<storage, read_write> control: Control;
 
 // A tile's pixels are those of one box.
 fn is_receiver(tile: u32, sample: u32) -> bool {

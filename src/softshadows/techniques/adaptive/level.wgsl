@@ -2,7 +2,7 @@
 
 //#struct Step
 
-@group(3) @binding(0) var<uniform> step: Step;
+@group(3) @binding(10) var<uniform> step: Step;
 
 fn new_samples(row: u32) -> u32 {
     if row % spacing(step.level) != 0u {

@@ -3,9 +3,9 @@
 //#include "tree.wgsl"
 //#include "level.wgsl"
 
-@group(1) @binding(6) var<storage, read_write> control: Control;
-@group(1) @binding(7) var<storage, read_write> report: array<u32>;
-@group(1) @binding(8) var<storage, read_write> dispatches: array<vec4u>;   // by level: tiles, then samples
+@group(3) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(7) var<storage, read_write> report: array<u32>;
+@group(3) @binding(8) var<storage, read_write> dispatches: array<vec4u>;   // by level: tiles, then samples
 
 fn needed_samples(row: u32) -> u32 {
     return atomicLoad(&control.needed[row]) & new_samples(row);

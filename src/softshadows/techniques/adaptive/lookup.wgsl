@@ -5,10 +5,10 @@
 //#include "tree.wgsl"
 //#include "level.wgsl"
 
-@group(1) @binding(1) var<storage, read> requests: array<u32>;
-@group(1) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
-@group(1) @binding(5) var<storage, read> active_tiles: array<u32>;
-@group(1) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(1) var<storage, read> requests: array<u32>;
+@group(3) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
+@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
+@group(3) @binding(6) var<storage, read_write> control: Control;
 
 // Answers about the samples of a row replace what an earlier frame left about them.
 fn remember(tile: u32, lane: u32, row: u32, requested: u32, visible: u32) {

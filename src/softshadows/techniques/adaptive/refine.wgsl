@@ -3,12 +3,12 @@
 //#include "tree.wgsl"
 //#include "level.wgsl"
 
-@group(1) @binding(1) var<storage, read_write> requests: array<u32>;
-@group(1) @binding(2) var<storage, read_write> refined: array<u32>;
-@group(1) @binding(3) var<storage, read> failures: array<u32>;
-@group(1) @binding(5) var<storage, read_write> active_tiles: array<u32>;
-@group(1) @binding(6) var<storage, read_write> control: Control;
-@group(1) @binding(9) var<storage, read> counts: array<u32>;
+@group(3) @binding(1) var<storage, read_write> requests: array<u32>;
+@group(3) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(3) @binding(3) var<storage, read> failures: array<u32>;
+@group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;
+@group(3) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(9) var<storage, read> counts: array<u32>;
 
 const INVOCATIONS = 64u;
 

@@ -59,7 +59,19 @@ FINENESS = (1.0, 1.0, 0.85, 0.7, 0.5)
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
 REPORT_WORDS = 5
 REFINE_INVOCATIONS = 64
+KERNEL_BUFFERS = {
+    "begin": "requests refined active_tiles control",
+    "list": "control report dispatches",
+    "fit": "requests control",
+    "lookup": "requests masks active_tiles control",
+    "compare": "requests refined failures masks active_tiles control report counts",
+    "refine": "requests refined failures active_tiles control counts",
+    "average": "requests refined masks control report",
+    "filter": "requests refined masks control report",
+}
+"""By kernel: those of the sampling's buffers that it uses, all in bind group 3."""
 STEPPED_KERNELS = ("list", "fit", "lookup", "compare", "refine")
+CHANGING, FILTERED = 10, 11  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl writes
 Changing = dict[int, wgpu.GPUBindGroup]
 """A bind group that changes from dispatch to dispatch, by its number."""
 
@@ -188,6 +200,8 @@ class AdaptiveSampling:
         self.bytes = self._atlas.bytes
         self._buffers = self._make_buffers(report)
         self._kernels = self._make_kernels()
+        self._begin = self._bind("begin")
+        self._filter = self._bind("filter") if options.is_filtered else {}
         self._steps = self._make_steps()
         self._sums = self._make_sums()
 
@@ -241,58 +255,44 @@ class AdaptiveSampling:
         return self._context.gpu.device.create_buffer_with_data(data=data, usage=_USAGE.UNIFORM)
 
     def _make_kernels(self) -> dict[str, Kernel]:
-        """By file. Bind group 3, which changes from dispatch to dispatch, is given there."""
-        numbers = {name: number for number, name in enumerate(self._buffers)}
+        """By file. Bind group 3, which changes from dispatch to dispatch, is given there (`_bind`)."""
         atlas, gbuffer = self._atlas, self._context.gbuffer
         position, normal = gbuffer.position.create_view(), gbuffer.normal.create_view()
         receivers = _numbered(gbuffer.uniforms, position, normal)
 
-        def kernel(name: str, buffers: str, others: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
-            own = {numbers[buffer]: self._buffers[buffer] for buffer in ("shape", *buffers.split())}
-            groups = {1: own, **others}
+        def kernel(name: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
             return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", STRUCTS, groups, constants)
 
         maps = _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)
         windows = _numbered(
             atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments, atlas.drawn
         )
-        kernels = {
-            "begin": kernel(
-                "begin",
-                "requests refined active_tiles control",
-                {0: receivers, 2: _numbered(atlas.light, atlas.boxes)},
-            ),
-            "list": kernel("list", "control report dispatches", {}),
-            "fit": kernel("fit", "requests control", {0: windows}),
-            "lookup": kernel(
-                "lookup",
-                "requests masks active_tiles control",
-                {0: receivers, 2: maps},
-            ),
-            "compare": kernel(
-                "compare",
-                "requests refined failures masks active_tiles control report counts",
-                {0: _numbered(gbuffer.uniforms, position)},
-            ),
-            "refine": kernel("refine", "requests refined failures active_tiles control counts", {}),
-        }
         weights = float(self._options.paper_weights)
+        kernels = {
+            "begin": kernel("begin", {0: receivers, 2: _numbered(atlas.light, atlas.boxes)}),
+            "list": kernel("list", {}),
+            "fit": kernel("fit", {0: windows}),
+            "lookup": kernel("lookup", {0: receivers, 2: maps}),
+            "compare": kernel("compare", {0: _numbered(gbuffer.uniforms, position)}),
+            "refine": kernel("refine", {}),
+        }
         if self._options.is_filtered:
-            kernels["filter"] = kernel(
-                "filter",
-                "requests refined masks control report",
-                {0: receivers, 2: maps, 3: _numbered(self._context.visibility)},
-                paper_weights=weights,
-                pcf_texels=self._options.pcf,
-            )
+            constants = {"paper_weights": weights, "pcf_texels": self._options.pcf}
+            kernels["filter"] = kernel("filter", {0: receivers, 2: maps}, **constants)
         else:
-            kernels["average"] = kernel(
-                "average",
-                "requests refined masks control report",
-                {0: receivers, 2: _numbered(atlas.light, self._context.visibility)},
-                paper_weights=weights,
-            )
+            target = _numbered(atlas.light, self._context.visibility)
+            kernels["average"] = kernel("average", {0: receivers, 2: target}, paper_weights=weights)
         return kernels
+
+    def _bind(self, kernel: str, changing: Resource | None = None) -> Changing:
+        """A kernel's bind group 3: the buffers it uses, and what changes from dispatch to dispatch."""
+        names = ("shape", *KERNEL_BUFFERS[kernel].split())
+        own: dict[int, Resource] = {list(self._buffers).index(name): self._buffers[name] for name in names}
+        if changing is not None:
+            own[CHANGING] = changing
+        if kernel == "filter":
+            own[FILTERED] = self._context.visibility
+        return {3: self._kernels[kernel].bind(3, own)}
 
     def _make_steps(self) -> list[list[dict[str, Changing]]]:
         """By level and batch: the step, bound for every kernel that asks for it."""
@@ -309,12 +309,7 @@ class AdaptiveSampling:
                 fineness=FINENESS[level],
             )
             uniforms = [self._uniform(replace(first, first_rank=batch * per_batch)) for batch in range(batches)]
-            steps.append(
-                [
-                    {name: {3: self._kernels[name].bind(3, {0: uniform})} for name in STEPPED_KERNELS}
-                    for uniform in uniforms
-                ]
-            )
+            steps.append([{name: self._bind(name, uniform) for name in STEPPED_KERNELS} for uniform in uniforms])
         return steps
 
     def _make_sums(self) -> list[Changing]:
@@ -323,8 +318,7 @@ class AdaptiveSampling:
             return []
         levels = self._lattice.depth + 1
         ranges = [(level, level + 1) for level in range(levels)] if self._options.is_deferred else [(0, levels)]
-        average = self._kernels["average"]
-        return [{3: average.bind(3, {0: self._uniform(Levels(first=first, end=end))})} for first, end in ranges]
+        return [self._bind("average", self._uniform(Levels(first=first, end=end))) for first, end in ranges]
 
     def set_lights(self, lights: list[tuple[Light, int]], jitter: int) -> None:
         """Write this frame's lights, each with its layer of visibility."""
@@ -340,13 +334,13 @@ class AdaptiveSampling:
         commands.encoder.clear_buffer(self._buffers["counts"])
         self._atlas.encode_receivers(commands.encoder, commands.timer, index)
         with commands.compute("compare") as compute:
-            self._kernels["begin"].begin(compute)
+            self._kernels["begin"].begin(compute, self._begin)
             compute.dispatch_workgroups(*self._tiles)
         for level in range(self._lattice.depth + 1):
             self._encode_level(commands, level)
         with commands.compute("filter" if self._options.is_filtered else "average") as compute:
             if self._options.is_filtered:
-                self._kernels["filter"].begin(compute)
+                self._kernels["filter"].begin(compute, self._filter)
                 compute.dispatch_workgroups(*self._tiles)
                 return
             for levels in self._sums:

@@ -1,4 +1,4 @@
-// The light's trees on the GPU: what the kernels of this folder share (bind group 1; each declares what it uses).
+// The light's trees on the GPU: what the kernels of this folder share (bind group 3; each declares what it uses).
 //
 // A *tree* is the set of cells that some part of the picture has refined: one for every tile of 8×8 pixels, or a single
 // one for the whole picture (the paper's). A cell is *present* in a tree if its parent is refined, a *leaf* if it is present
@@ -27,7 +27,7 @@ const LOOKUPS_LOW = 2u;   // of all pixels, 64 bits
 const LOOKUPS_HIGH = 3u;
 const REFUSED_LEVELS = 4u;
 
-@group(1) @binding(0) var<uniform> shape: TreeShape;
+@group(3) @binding(0) var<uniform> shape: TreeShape;
 
 // What the levels hand on to each other.
 struct LevelState {

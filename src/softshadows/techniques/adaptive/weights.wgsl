@@ -5,8 +5,8 @@
 //#include "cells.wgsl"
 //#include "remembered.wgsl"
 
-@group(1) @binding(6) var<storage, read_write> control: Control;
-@group(1) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
+@group(3) @binding(6) var<storage, read_write> control: Control;
+@group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 
 override paper_weights: bool;
 
