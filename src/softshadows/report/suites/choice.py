@@ -55,4 +55,3 @@ def views() -> Iterator[Shot]:
 def techniques_for(shot: Shot) -> list[Technique]:
     """All techniques that can do the shot's lights."""
     return [*techniques_from(shot, None, []), *(one for one in BESIDE if can_do(one, shot))]
-
