@@ -1,11 +1,11 @@
 """Time and memory of the main techniques over pixels, light samples, triangles and lights.
 
-One thing grows at a time, from what the others have in common: `figures`, 320×240 pixels, one light.
+One thing grows at a time, from what the others have in common: `figures`, 256×192 pixels, one light.
 
-pixels          `figures` with 160×120 to 1280×960 pixels
+pixels          `figures` with 128×96 to 1024×768 pixels
 light samples   `figures` with 4 to 289 maps (`uniform`), and with ever deeper refinement (`adaptive`)
-triangles       `sphere_cube` with 1 to 216 spheres: 10³ to 1.6 · 10⁵ triangles
-lights          `figures` with 1 to 8 rectangles that share the power of one
+triangles       `sphere_cube` with 1 to 64 spheres: 764 to 48 770 triangles
+lights          `figures` with 1 to 4 rectangles that share the power of one
 
 Lights move by a micrometre before every timed frame, so that nothing is kept from the last one, and techniques take
 turns. A picture's figures: `axis`, the name of what grows. A technique's: `amount`, how much of it there is (for light
@@ -30,13 +30,13 @@ from softshadows.techniques import Technique, make_technique
 if TYPE_CHECKING:
     from softshadows.report.suites import Settings
 
-SIZE = (320, 240)
+SIZE = (256, 192)
 SHARES = (0.5, 1.0, 2.0, 4.0)
-"""Of the size's width and height: 19 200 to 1 228 800 pixels."""
+"""Of the size's width and height."""
 GRIDS, DEPTHS = (2, 3, 5, 9, 17), (1, 2, 3, 4)
-SPHERES = (1, 2, 4, 6)
+SPHERES = (1, 2, 4)
 """Along each side of the cube."""
-LIGHTS = (1, 2, 4, 8)
+LIGHTS = (1, 2, 4)
 LIGHT_SPACING = 0.5
 """Metres between the centres of several lights."""
 
