@@ -34,10 +34,11 @@ def test_the_promised_techniques_give_the_full_profiles_visibility(name: str, co
     compare_visibility(portable(name).visibility[0], full.visibility[0], limit=1e-3)
 
 
-def test_kernels_from_the_light_too(compare_visibility: Any) -> None:
-    technique = stage.cheap("variable_penumbra", kernels="from_light")
+@pytest.mark.parametrize("options", [{"kernels": "from_light"}, {"layers": 2}, {"kernels": "from_light", "layers": 2}])
+def test_variable_penumbras_options_too(options: dict, compare_visibility: Any) -> None:
+    technique = stage.cheap("variable_penumbra", **options)
     full = stage.render(stage.standard_scene(), technique)
-    frame = portable("variable_penumbra", kernels="from_light")
+    frame = portable("variable_penumbra", **options)
     compare_visibility(frame.visibility[0], full.visibility[0], limit=1e-3)
 
 

@@ -68,9 +68,10 @@ class SampledPass(TechniquePass):
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
         self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS))
         self._constants = dict(constants or {})
-        # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage.
-        self._unused_layout = device.create_bind_group_layout(entries=[])
-        self._unused = device.create_bind_group(layout=self._unused_layout, entries=[])
+        # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage. Its
+        # place, bind group 1, is for what a technique has beside.
+        self._beside_layout = device.create_bind_group_layout(entries=[])
+        self._beside = device.create_bind_group(layout=self._beside_layout, entries=[])
         buffers = [context.visibility, *extra_buffers]
         self._extra_bytes = sum(buffer.size for buffer in extra_buffers)
         layouts = [{"binding": i, "visibility": compute, "buffer": {"type": "storage"}} for i in range(len(buffers))]
@@ -148,7 +149,7 @@ class SampledPass(TechniquePass):
         with commands.compute(label) as compute:
             compute.set_pipeline(self._lookup_pipeline(atlas, entry))
             compute.set_bind_group(0, context.gbuffer.receiver_bindings)
-            compute.set_bind_group(1, self._unused)
+            compute.set_bind_group(1, self._beside)
             compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
             compute.set_bind_group(3, self._target)
             compute.dispatch_workgroups(*groups)
@@ -156,7 +157,7 @@ class SampledPass(TechniquePass):
     def _lookup_pipeline(self, atlas: ShadowAtlas, entry: str) -> wgpu.GPUComputePipeline:
         if entry not in self._pipelines:
             context = self._context
-            layouts = [context.gbuffer.receiver_layout, self._unused_layout, atlas.lookup_layout, self._target_layout]
+            layouts = [context.gbuffer.receiver_layout, self._beside_layout, atlas.lookup_layout, self._target_layout]
             compute = {"module": self._module, "entry_point": entry, "constants": self._constants}
             layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
             self._pipelines[entry] = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)

@@ -207,6 +207,21 @@ def plan_atlas(
     )
 
 
+def plan_without_maps(samples: int) -> AtlasPlan:
+    """The smallest atlas: for rays, which need the lights and the receivers' boxes alone."""
+    per_row = int(np.ceil(np.sqrt(samples)))
+    return AtlasPlan(
+        samples=samples,
+        tile=1,
+        is_auto=False,
+        tiles_per_row=per_row,
+        atlas_size=per_row,
+        samples_per_batch=samples,
+        samples_per_chunk=samples,
+        chunks=1,
+    )
+
+
 @dataclass(frozen=True, eq=False)
 class SampledLight:
     """A light, its layer of visibility, its samples: points (n, 2) in light space, metres; weights (n,), any scale."""
@@ -325,13 +340,13 @@ class ShadowAtlas:
             [gbuffer.receiver_layout, scene.layout, receivers_layout],
         )
         self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", (ReceiverBox, DrawView, *SHADOW_STRUCTS), [fit_layout])
-        self._pipelines = self._draw_pipelines()
+        self._pipelines = self.draw_pipelines("greater")
         self._draws: dict[tuple[int, bool], wgpu.GPURenderBundle] = {}  # by chunk, with or without clearing its views
         attachment = {"view": self.depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
         self._loaded, self._cleared = ({**attachment, "depth_load_op": op} for op in ("load", "clear"))
 
-    def _draw_pipelines(self) -> list[wgpu.GPURenderPipeline]:
-        """The pipelines of a chunk's draws."""
+    def draw_pipelines(self, keeps: str) -> list[wgpu.GPURenderPipeline]:
+        """The pipelines of a chunk's draws, of which a texel keeps the "greater" or the "less" closeness."""
         clips = "clip-distances" in self._gpu.features
         device = self._gpu.device
         module = shader_module(
@@ -348,7 +363,7 @@ class ShadowAtlas:
         views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
 
         def pipeline(
-            kind: str, buffers: list, fragment: str | None, cull: str, compare: str = "greater"
+            kind: str, buffers: list, fragment: str | None, cull: str, compare: str = keeps
         ) -> wgpu.GPURenderPipeline:
             return device.create_render_pipeline(
                 layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
@@ -477,16 +492,18 @@ class ShadowAtlas:
         """Draw the chunk's occluders, into a cleared atlas, or into views that are cleared one by one."""
         attachment = self._cleared if clears_atlas else self._loaded
         if (chunk, clears_views) not in self._draws:
-            self._draws[chunk, clears_views] = self._record_draws(chunk, clears_views)
+            self._draws[chunk, clears_views] = self.record_draws(chunk, self._pipelines, clears_views=clears_views)
         draw = encoder.begin_render_pass(
             color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
         )
         draw.execute_bundles([self._draws[chunk, clears_views]])
         draw.end()
 
-    def _record_draws(self, chunk: int, clears_views: bool) -> wgpu.GPURenderBundle:
+    def record_draws(
+        self, chunk: int, pipelines: Sequence[wgpu.GPURenderPipeline], *, clears_views: bool
+    ) -> wgpu.GPURenderBundle:
         """The chunk's draws, to be replayed every frame: the buffers they name are as old as the atlas or its scene."""
-        scene, (clear, solid, opaque, masked) = self._scene, self._pipelines
+        scene, (clear, solid, opaque, masked) = self._scene, pipelines
         draw = self._gpu.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format="depth32float")
         draw.set_bind_group(0, self._draw_bindings)
         draw.set_bind_group(1, scene.bindings)

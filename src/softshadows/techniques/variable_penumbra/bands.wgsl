@@ -1,6 +1,6 @@
 // Variable penumbra by bands: edges of the shadow map, quantised by their strength and dilated, say where to filter and how wide.
 //
-// The mask has a bit per band. The mip chain is not built: with values clamped to 1, a texel of level l is the union of the
+// The mask has a bit per band, and with two layers of the map as many for each. The mip chain is not built: with values clamped to 1, a texel of level l is the union of the
 // 2^l × 2^l texels under it, and a bilinear fetch of it that of four such texels, whose weights are never 0. So an edge knows
 // which texels of the dilated mask it reaches, and sets them; all texels of a cell, 2^(l - 1) to a side, hold the same.
 
@@ -22,6 +22,7 @@ override red_kernel: u32;
 const BLUE = 1u;
 const GREEN = 2u;
 const RED = 4u;
+const BANDS = 3u;
 
 // Depth in metres along the map's axis, from wherever.
 fn axis_depth(closeness: f32) -> f32 {
@@ -66,6 +67,7 @@ fn cells_per_row() -> u32 {
 
 // [Evans2014 §4.3] Mip-chain dilation: of level l, the half texels from one before the edge's to one behind it.
 fn dilate(texel: vec2u, band: u32) {
+    let bit = band << (BANDS * layer_of_background(texel));
     let level = level_of(band);
     let half_texel_cells = 1i << (level - 1u - cell_bits);
     let parent = vec2i(texel >> vec2u(level));
@@ -74,8 +76,8 @@ fn dilate(texel: vec2u, band: u32) {
     for (var y = low.y; y < high.y; y++) {
         for (var x = low.x; x < high.x; x++) {
             let cell = u32(y) * cells_per_row() + u32(x);
-            if (atomicLoad(&mask[cell]) & band) == 0u {
-                atomicOr(&mask[cell], band);
+            if (atomicLoad(&mask[cell]) & bit) == 0u {
+                atomicOr(&mask[cell], bit);
             }
         }
     }
@@ -100,10 +102,21 @@ fn kernel_of(bands: u32) -> vec2u {
     return vec2u(blue_kernel, 0u);
 }
 
+// The bands that the mask holds for the receiver.
+fn bands_around(sight: Sight) -> u32 {
+    let cell = (shadow_views[sight.view].origin + covering_texel(sight)) >> vec2u(cell_bits);
+    let bits = atomicLoad(&mask[cell.y * cells_per_row() + cell.x]);
+    let of_last = bits & (RED | GREEN | BLUE);
+    let of_others = bits >> BANDS;
+    if of_last == of_others {
+        return of_last;
+    }
+    return select(of_last, of_others, layer_of_receiver(sight) == 1u);
+}
+
 // [Evans2014 §4.3] One tap where the mask is 0, PCF where it is not.
 fn masked_shadow(sight: Sight) -> f32 {
-    let cell = (shadow_views[sight.view].origin + covering_texel(sight)) >> vec2u(cell_bits);
-    let bands = atomicLoad(&mask[cell.y * cells_per_row() + cell.x]);
+    let bands = bands_around(sight);
     if bands == 0u {
         return select(0.0, 1.0, sight_is_lit(sight));
     }

@@ -3,6 +3,7 @@
 //#include "receiver.wgsl"
 //#include "shadow_map.wgsl"
 
+@group(1) @binding(0) var last_layer: texture_depth_2d;  // closeness of the farthest surface, 1 = nothing; if there are two layers
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;
 @group(3) @binding(2) var<storage, read_write> mask: array<atomic<u32>>;
@@ -24,7 +25,9 @@ struct Reads {
 
 override neighbours: u32;       // of the edge filter, 4 or 8
 override self_shadowing: bool;
+override layers: u32;           // of the map that are known: the nearest surface, and perhaps the last one
 
+const THIN_TEXELS = 8.0;        // nearer than that to the last surface, a surface counts as the last one
 const COUNTERS = 128u;          // so that pixels rarely wait for each other
 
 // The nearest and the farthest surface in the map.
@@ -54,6 +57,44 @@ fn farthest_closeness() -> f32 {
 
 fn texel_closeness(texel: vec2u) -> f32 {
     return textureLoad(shadow_atlas, texel, 0) / light.depth_scale;
+}
+
+fn texels_per_unit(texel: vec2u) -> vec2f {
+    for (var i = 0u; i < FACES; i++) {
+        let view = shadow_views[i];
+        if all(texel >= view.origin) && all(texel < view.origin + view.size) {
+            return view.texels_per_unit;
+        }
+    }
+    return vec2f(1.0);
+}
+
+// [Evans2014 §5] Which edges concern a surface: those that have it, or another like it, for their background. 0: it is the last
+// one, 1: something lies behind it, as behind an arm's edge before the body, whose shadow on the floor that edge does not bound.
+fn layer_of(closeness: f32, texel: vec2u, texels_per_unit: vec2f) -> u32 {
+    if layers == 1u {
+        return 0u;
+    }
+    let last = textureLoad(last_layer, texel, 0) / light.depth_scale;
+    let texel_extent = 1.0 / min(texels_per_unit.x, texels_per_unit.y);
+    let thickness = THIN_TEXELS * closeness_of_extent(light, closeness, texel_extent);
+    return select(0u, 1u, closeness - last > thickness);
+}
+
+fn layer_of_background(texel: vec2u) -> u32 {
+    return layer_of(texel_closeness(texel), texel, texels_per_unit(texel));
+}
+
+fn layer_of_receiver(sight: Sight) -> u32 {
+    if layers == 1u {
+        return 0u;
+    }
+    let view = shadow_views[sight.view];
+    let texel = covering_texel(sight);
+    let center = view.window_low + (vec2f(texel) + 0.5) / view.texels_per_unit;
+    let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
+    map_reads++;
+    return layer_of(on_plane, view.origin + texel, view.texels_per_unit);
 }
 
 // Does a view hold the texel and all its neighbours? At a view's border a plane's slope would look like an edge.

@@ -1,7 +1,7 @@
 // Variable penumbra from the light's size: edges of the shadow map tell the pixels that their penumbra reaches how near the
 // occluder is, so that the width follows as in percentage-closer soft shadows, without a search for blockers.
 //
-// The mask has cells of 8×8 texels, each with the sum of the edges' closeness and their number.
+// The mask has cells of 8×8 texels, each with the sum of the edges' closeness and their number, for each layer of the map.
 
 //#include "edges.wgsl"
 //#include "light_filter.wgsl"
@@ -14,24 +14,20 @@ const LEVELS = 4095.0;            // of closeness, from 0 to the map's nearest; 
 const NARROWEST_TEXELS = 0.5;     // half a penumbra that is as good as none
 const WIDEST_CELLS = 32;          // how far an edge reaches at most
 
-var<workgroup> edge_closeness: atomic<u32>;
-var<workgroup> edge_count: atomic<u32>;
-var<workgroup> edge_reach: array<atomic<u32>, 2>;  // cells along x and y
+// The edges of one cell.
+struct CellEdges {
+    closeness: atomic<u32>,  // their sum
+    count: atomic<u32>,
+    reach_x: atomic<u32>,    // cells
+    reach_y: atomic<u32>,
+};
+
+var<workgroup> cell_edges: array<CellEdges, 2>;  // by layer
 
 struct Edge {
     closeness: f32,      // of the occluder
     half_width: vec2f,   // of the penumbra behind it, in texels
 };
-
-fn texels_per_unit(texel: vec2u) -> vec2f {
-    for (var i = 0u; i < FACES; i++) {
-        let view = shadow_views[i];
-        if all(texel >= view.origin) && all(texel < view.origin + view.size) {
-            return view.texels_per_unit;
-        }
-    }
-    return vec2f(0.0);
-}
 
 // The Laplacian of the paper in closeness, which is linear on every plane, and the nearest of the
 // neighbours. The half width is w (1/d_blocker - 1/d_receiver): in the map as wide as the light, seen through the edge.
@@ -57,16 +53,25 @@ fn cells_per_row() -> u32 {
     return (light.atlas_size - 1u) / CELL + 1u;
 }
 
+// A cell's place in the mask.
+fn mask_index(cell: vec2u, layer: u32) -> u32 {
+    return 2u * (layers * (cell.y * cells_per_row() + cell.x) + layer);
+}
+
 // The dilation, as far as each penumbra reaches.
-fn spread(cell: vec2u, lane: u32) {
-    let reach = vec2i(vec2u(atomicLoad(&edge_reach[0]), atomicLoad(&edge_reach[1])));
+fn spread(cell: vec2u, layer: u32, lane: u32) {
+    let count = atomicLoad(&cell_edges[layer].count);
+    if count == 0u {
+        return;
+    }
+    let reach = vec2i(vec2u(atomicLoad(&cell_edges[layer].reach_x), atomicLoad(&cell_edges[layer].reach_y)));
     let low = max(vec2i(cell) - reach, vec2i(0));
     let size = vec2u(min(vec2i(cell) + reach, vec2i(i32(cells_per_row()) - 1)) - low + 1);
     for (var i = lane; i < size.x * size.y; i += LANES) {
         let place = vec2u(low) + vec2u(i % size.x, i / size.x);
-        let index = 2u * (place.y * cells_per_row() + place.x);
-        atomicAdd(&mask[index], atomicLoad(&edge_closeness));
-        atomicAdd(&mask[index + 1u], atomicLoad(&edge_count));
+        let index = mask_index(place, layer);
+        atomicAdd(&mask[index], atomicLoad(&cell_edges[layer].closeness));
+        atomicAdd(&mask[index + 1u], count);
     }
 }
 
@@ -76,32 +81,33 @@ fn cs_mask(
     @builtin(local_invocation_index) lane: u32,
     @builtin(workgroup_id) cell: vec3u,
 ) {
-    if lane == 0u {
-        atomicStore(&edge_closeness, 0u);
-        atomicStore(&edge_count, 0u);
-        atomicStore(&edge_reach[0], 0u);
-        atomicStore(&edge_reach[1], 0u);
+    if lane < layers {
+        atomicStore(&cell_edges[lane].closeness, 0u);
+        atomicStore(&cell_edges[lane].count, 0u);
+        atomicStore(&cell_edges[lane].reach_x, 0u);
+        atomicStore(&cell_edges[lane].reach_y, 0u);
     }
     workgroupBarrier();
     if has_neighbours(id.xy) {
         let edge = edge_at(id.xy);
         if any(edge.half_width > vec2f(0.0)) {
             let reach = min(vec2u(edge.half_width / f32(CELL)) + 1u, vec2u(u32(WIDEST_CELLS)));
-            atomicAdd(&edge_closeness, u32(edge.closeness / nearest_closeness() * LEVELS));
-            atomicAdd(&edge_count, 1u);
-            atomicMax(&edge_reach[0], reach.x);
-            atomicMax(&edge_reach[1], reach.y);
+            let layer = layer_of_background(id.xy);
+            atomicAdd(&cell_edges[layer].closeness, u32(edge.closeness / nearest_closeness() * LEVELS));
+            atomicAdd(&cell_edges[layer].count, 1u);
+            atomicMax(&cell_edges[layer].reach_x, reach.x);
+            atomicMax(&cell_edges[layer].reach_y, reach.y);
         }
     }
     workgroupBarrier();
-    if atomicLoad(&edge_count) > 0u {
-        spread(cell.xy, lane);
+    for (var layer = 0u; layer < layers; layer++) {
+        spread(cell.xy, layer, lane);
     }
 }
 
-// Mean closeness of the edges that reach the receiver's texel, 0 where none does; blended between the cells' centres, so that
+// Mean closeness of the layer's edges that reach the receiver's texel, 0 where none does; blended between the cells' centres, so that
 // no kernel changes with a jump.
-fn occluder_closeness(sight: Sight) -> f32 {
+fn occluder_closeness(sight: Sight, layer: u32) -> f32 {
     let view = shadow_views[sight.view];
     let texel = vec2f(view.origin) + (sight.position - view.window_low) * view.texels_per_unit;
     let place = clamp(texel / f32(CELL) - 0.5, vec2f(0.0), vec2f(f32(cells_per_row() - 1u)));
@@ -112,14 +118,14 @@ fn occluder_closeness(sight: Sight) -> f32 {
         let corner = vec2u(i & 1u, i >> 1u);
         let cell = min(low + corner, vec2u(cells_per_row() - 1u));
         let share = select(1.0 - weight, weight, corner == vec2u(1u));
-        let index = 2u * (cell.y * cells_per_row() + cell.x);
+        let index = mask_index(cell, layer);
         sum += share.x * share.y * vec2f(f32(atomicLoad(&mask[index])), f32(atomicLoad(&mask[index + 1u])));
     }
     return select(0.0, sum.x / max(sum.y, 1e-6) / LEVELS * nearest_closeness(), sum.y > 0.0);
 }
 
 fn masked_shadow(receiver: LightReceiver, sight: Sight) -> f32 {
-    let half_extent = penumbra_half_extent(occluder_closeness(sight) / sight.closeness);
+    let half_extent = penumbra_half_extent(occluder_closeness(sight, layer_of_receiver(sight)) / sight.closeness);
     let half_texels = half_extent * sight.closeness * shadow_views[sight.view].texels_per_unit;
     if max(half_texels.x, half_texels.y) <= NARROWEST_TEXELS {
         return select(0.0, 1.0, sight_is_lit(sight));

@@ -1,4 +1,4 @@
-"""The passes of variable penumbra: the map, the span of its depths, the mask of its edges, visibility."""
+"""The passes of variable penumbra: map, last layer, span of depths, mask of edges, visibility."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.passes.shadow_atlas.last_layer import LastLayer
 from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
@@ -30,6 +31,7 @@ class MaskedPass(SampledPass):
         resolution: int | str,
         largest_lookups: int,
         constants: Mapping[str, float],
+        layers: int,
         taps: wgpu.GPUBuffer,
         mask_bytes: int,
         mask_reads: int,
@@ -38,7 +40,7 @@ class MaskedPass(SampledPass):
         search_margin: float,
     ) -> None:
         gpu, usage = context.gpu, wgpu.BufferUsage
-        self._mask_reads = mask_reads
+        self._mask_reads, self._layers = mask_reads, layers
         self._mask = gpu.storage_buffer(mask_bytes, "the mask of a shadow map")
         self._span = gpu.device.create_buffer(size=SPAN_BYTES, usage=usage.STORAGE | usage.COPY_DST)
         self._counters = gpu.storage_buffer(8 * COUNTERS, "the counters of reads")
@@ -48,12 +50,24 @@ class MaskedPass(SampledPass):
             samples_of=center_sample,
             resolution=resolution,
             lookups=lambda _: float(largest_lookups),
-            constants=constants,
+            constants={**constants, "layers": layers},
             extra_buffers=[taps, self._mask, self._span, self._counters],
             takes_center_only=takes_center_only,
             margin_texels=margin_texels,
             search_margin=search_margin,
         )
+        depth = {"binding": 0, "visibility": wgpu.ShaderStage.COMPUTE, "texture": {"sample_type": "depth"}}
+        self._beside_layout = gpu.device.create_bind_group_layout(entries=[depth])
+
+    def _new_atlas(self, count: int) -> ShadowAtlas:
+        """An atlas, with its last layer in bind group 1; with one layer the atlas itself stands there, unread."""
+        atlas, gpu = super()._new_atlas(count), self._context.gpu
+        self._last_layer = LastLayer(gpu, atlas) if self._layers == 2 else None
+        self._extra_bytes += self._last_layer.bytes if self._last_layer else 0
+        view = self._last_layer.view if self._last_layer else atlas.depth_view
+        entries = [{"binding": 0, "resource": view}]
+        self._beside = gpu.device.create_bind_group(layout=self._beside_layout, entries=entries)
+        return atlas
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         super().set_lights(lights)
@@ -65,6 +79,8 @@ class MaskedPass(SampledPass):
         super().encode(commands)
 
     def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        if self._last_layer:
+            self._last_layer.encode(commands.encoder, commands.timer)
         commands.encoder.clear_buffer(self._mask)
         commands.encoder.clear_buffer(self._span, 0, SPAN_FOUND_BYTES)
         groups = -(-atlas.plan.atlas_size // 8)

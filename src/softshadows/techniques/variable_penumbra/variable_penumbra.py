@@ -116,6 +116,9 @@ class VariablePenumbra(Technique):
     self_shadowing: bool = option(
         default=True, help="whether closed solids receive shadows, or only cast them", choices=(True, False)
     )
+    layers: int = option(
+        default=1, help="of the map: with 2, edges before other surfaces do not choose a pixel's kernel", choices=(1, 2)
+    )
     resolution: int | str = option(
         default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
     )
@@ -141,6 +144,7 @@ class VariablePenumbra(Technique):
             largest_lookups=max(kernels) ** 2,
             constants=constants | self._edge_constants,
             taps=upload_taps(context.gpu, *(taps(self.pattern, kernel**2) for kernel in kernels)),
+            layers=self.layers,
             mask_bytes=4 * (((atlas_size - 1) >> cell_bits) + 1) ** 2,
             mask_reads=1,
             takes_center_only=True,
@@ -157,7 +161,8 @@ class VariablePenumbra(Technique):
             largest_lookups=count,
             constants={"tap_count": count} | self._edge_constants,
             taps=upload_taps(context.gpu, taps("grid", count)),
-            mask_bytes=8 * ((atlas_size - 1) // CELL + 1) ** 2,
+            layers=self.layers,
+            mask_bytes=8 * self.layers * ((atlas_size - 1) // CELL + 1) ** 2,
             mask_reads=4,
             takes_center_only=False,
             margin_texels=2,
