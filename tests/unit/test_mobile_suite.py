@@ -16,7 +16,7 @@ SIZE = (96, 72)
 def test_the_rows_are_the_papers() -> None:
     rows = mobile.techniques()
     assert rows[0] == make_technique("pcf", {"kernel": 4, "pattern": "poisson"})
-    assert len(set(rows)) == len(rows) == 12
+    assert len(set(rows)) == len(rows) == 14
     assert find_suite("mobile") is mobile.run
 
 
@@ -32,7 +32,8 @@ def test_a_small_run(tmp_path: Path) -> None:
     found = mobile.measure_tables(Shot("mannequin", scene, scene.camera, SIZE), rows, settings, lambda *_: None)
     by_label = {result.label: result for result in found.results}
     plain = found.results[0]
-    assert plain.figures["time_ratio"] == plain.figures["reads_ratio"] == 1.0
+    assert plain.figures["time_ratio"] == plain.figures["reads_ratio"] == plain.figures["filter_ratio"] == 1.0
+    assert plain.figures["filter_ms"] == plain.figures["lookup_ms"] > 0.0
     fixed = by_label["variable_penumbra:mask=fixed"].figures
     assert fixed["reads_ratio"] <= 1 / 3
     bands, light = by_label["variable_penumbra"], by_label["variable_penumbra:kernels=from_light"]

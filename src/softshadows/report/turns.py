@@ -36,10 +36,11 @@ class Timing:
 
 @dataclass(eq=False)
 class Turns:
-    """Each technique's last frame and its timing; and in sentences which could not run."""
+    """Each technique's last frame, its timing, its passes' median GPU times; and in sentences which could not run."""
 
     frames: dict[Technique, Frame]
     times: dict[Technique, Timing]
+    pass_ms: dict[Technique, dict[str, float]]
     failed: list[str]
 
 
@@ -70,6 +71,7 @@ def render_in_turns(
     """
     frames: dict[Technique, Frame] = {}
     taken: dict[Technique, list[float]] = {}
+    passes: dict[Technique, list[dict[str, float]]] = {}
     failed: list[str] = []
     lights = list(shot.scene.lights)
     with ExitStack() as stack:
@@ -93,13 +95,23 @@ def render_in_turns(
                     frames[technique] = renderers[technique].render(shot.camera)
                     if turn:
                         taken.setdefault(technique, []).append(1e3 * (time.perf_counter() - started))
+                        passes.setdefault(technique, []).append(frames[technique].stats.gpu_ms)
                 except DeviceError as error:
                     if not skip:
                         raise
-                    for kept in (renderers, frames, taken):
+                    for kept in (renderers, frames, taken, passes):
                         kept.pop(technique, None)
                     failed.append(f"{label_of(technique)}: {error}")
-    return Turns(frames, {technique: Timing.of(each) for technique, each in taken.items()}, failed)
+    return Turns(
+        frames,
+        {technique: Timing.of(each) for technique, each in taken.items()},
+        {technique: _medians(each) for technique, each in passes.items()},
+        failed,
+    )
+
+
+def _medians(frames: Sequence[dict[str, float]]) -> dict[str, float]:
+    return {name: statistics.median(frame[name] for frame in frames) for name in frames[0]}
 
 
 def moved(light: Light, by: float) -> Any:

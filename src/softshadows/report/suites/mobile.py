@@ -1,8 +1,9 @@
 """Variable penumbra after tables 1, 2 and 3 of its paper: time, reads, errors, on a figure over a floor.
 
-The view is the scene `mannequin`. Techniques: those of table 1; 2/3/5 with maps of 512², 1024² and 2048² (table
-2), and with the filter of nine taps (table 3); kernels from the light; `hard`, `pcss` and `vsm` beside them. The light
-moves by a micrometre before every timed frame, and techniques take turns.
+Views: the scene `mannequin`; where $SOFTSHADOWS_SCENES is set, a human body and a scan of a scorpion. Techniques: those
+of table 1; 2/3/5 with maps of 512², 1024² and 2048² (table 2), and with the filter of nine taps (table 3); kernels from
+the light; bands and those with two layers of the map; `hard`, `pcss` and `vsm` beside them. The light moves by a
+micrometre before every timed frame, and techniques take turns.
 
 A technique's figures:
 
@@ -10,21 +11,31 @@ reads         from the map and its mask by a pixel that looks into it; for techn
 shadow_ms     its time less that of a frame without shadows
 time_ratio    shadow_ms over that of plain 4×4 PCF
 reads_ratio   reads over those of plain 4×4 PCF
+filter_ms     GPU time of what follows the map: mask and look-up passes, and the map's last layer; median. None without
+              timestamps. On a software driver most of shadow_ms is the map's vertices
+filter_ratio  filter_ms over that of plain 4×4 PCF
+lookup_ms     GPU time of the look-up pass alone
 
-Pictures, where there is a folder for them: figure 5's zooms, the shadows of the head (far) and of a foot (near).
+Pictures of `mannequin`, where there is a folder for them: figure 5's zooms, the shadows of the head (far) and of a foot
+(near).
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from softshadows.errors import SceneError
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
-from softshadows.report.suites.wedges import render_in_turns
-from softshadows.scene import builtin
-from softshadows.scene.shot import Shot
+from softshadows.report.suites.baselines import SCENES_VARIABLE
+from softshadows.report.turns import render_in_turns
+from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra
 
@@ -35,7 +46,12 @@ SIZE = (1024, 768)
 """The paper's iPad."""
 UNSHADOWED, PLAIN = make_technique("none"), make_technique("pcf", {"kernel": 4, "pattern": "poisson"})
 ZOOMS = {"far": (0.68, 0.44, 0.96, 0.66), "near": (0.34, 0.58, 0.62, 0.80)}
-"""Left, top, right and bottom as shares of the picture: the shadows of head and hand, and of the feet."""
+"""Left, top, right and bottom as shares of `mannequin`: the shadows of head and hand, and of the feet."""
+BUILTIN = "mannequin"
+SHOTS = ("body", "scorpion")
+"""Real models of over 50 000 vertices."""
+SHARED_PASSES = frozenset({"gbuffer", "fit", "shadow_maps", "lighting", "fill"})
+"""What every technique with one map spends time on."""
 
 
 def techniques() -> list[Technique]:
@@ -48,42 +64,74 @@ def techniques() -> list[Technique]:
         {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "resolution": 512},
         {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "resolution": 2048},
         {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "edge_filter": 8},
+        {"layers": 2},
         {"kernels": "from_light"},
+        {"kernels": "from_light", "layers": 2},
     ]
     others = [make_technique("hard"), make_technique("pcss", {"blocker_samples": 16, "filter_samples": 24})]
     return [PLAIN, *(VariablePenumbra(**options) for options in masked), *others, make_technique("vsm")]
 
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
-    """Variable penumbra, the paper's tables on a figure over a floor, with PCF, PCSS and variance maps beside."""
-    scene = builtin.mannequin()
-    assert scene.camera is not None, "built-in scenes have one"
-    shot = Shot("mannequin", scene, scene.camera, settings.size or SIZE)
-    return [measure_tables(shot, techniques(), settings, notice)]
+    """Variable penumbra, the paper's tables on figures over a floor, with PCF, PCSS and variance maps beside."""
+    chosen = list(sources())
+    measurements: list[Measurement] = []
+    for index, source in enumerate(chosen):
+        shot = replace(open_shot(source), size=settings.size or SIZE)
+        within = notice_of_step(notice, index, len(chosen), Path(source).stem)
+        measurements.append(measure_tables(shot, techniques(), settings, within))
+    return measurements
+
+
+def sources() -> Iterator[str]:
+    """The built-in figure, then the shots of $SOFTSHADOWS_SCENES; SceneError where that is a folder without any."""
+    yield BUILTIN
+    folder = os.environ.get(SCENES_VARIABLE)
+    if not folder:
+        return
+    files = [Path(folder, "shots", f"{name}.toml") for name in SHOTS]
+    if not any(file.exists() for file in files):
+        raise SceneError(
+            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(SHOTS)}}}.toml",
+            code="SCENE_UNKNOWN",
+            file=folder,
+        )
+    yield from (str(file) for file in files if file.exists())
 
 
 def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice: Notice) -> Measurement:
     """All figures of the shot; writes its pictures. The first row is what the others are set against."""
     held = yardstick(shot, settings.samples, notice)
-    frames, times, skipped = render_in_turns(shot, [UNSHADOWED, *rows], settings.repeats, notice)
-    results = [held.result(row, frames[row], times[row]) for row in rows if row in frames]
-    plain = next((result for result in results if result.technique == rows[0]), None)
+    turns = render_in_turns(shot, [UNSHADOWED, *rows], settings.repeats, notice, redraw=True)
+    results: list[Result] = []
+    for row in (row for row in rows if row in turns.frames):
+        result = held.result(row, turns.frames[row], turns.times[row])
+        result.figures = _own_figures(result, turns.times[UNSHADOWED].median_ms, turns.pass_ms[row])
+        results.append(result)
+    plain = next((result.figures for result in results if result.technique == rows[0]), None)
     for result in results:
-        _add_figures(result, plain, times[UNSHADOWED])
-        _write_zooms(settings, result)
-    return Measurement(shot, held.reference, results, skipped, {})
+        for ratio, figure in (("time_ratio", "shadow_ms"), ("reads_ratio", "reads"), ("filter_ratio", "filter_ms")):
+            result.figures[ratio] = _ratio(result.figures[figure], plain[figure] if plain else None)
+        _write_zooms(settings, shot, result)
+    return Measurement(shot, held.reference, results, turns.failed, {})
 
 
-def _add_figures(result: Result, plain: Result | None, empty_ms: float) -> None:
-    reads, shadow_ms = result.stats["lookups_per_pixel"], result.frame_ms - empty_ms
-    result.figures = {"reads": reads, "shadow_ms": shadow_ms, "time_ratio": None, "reads_ratio": None}
-    if plain is not None:
-        result.figures["time_ratio"] = shadow_ms / (plain.frame_ms - empty_ms)
-        result.figures["reads_ratio"] = reads / plain.stats["lookups_per_pixel"]
+def _own_figures(result: Result, empty_ms: float, pass_ms: Mapping[str, float]) -> dict[str, Any]:
+    filtering = {name: taken for name, taken in pass_ms.items() if name not in SHARED_PASSES}
+    return {
+        "reads": result.stats["lookups_per_pixel"],
+        "shadow_ms": result.frame_ms - empty_ms,
+        "filter_ms": sum(filtering.values()) if filtering else None,
+        "lookup_ms": filtering.get("lookup"),
+    }
 
 
-def _write_zooms(settings: Settings, result: Result) -> None:
-    if settings.folder is None:
+def _ratio(value: float | None, plain: float | None) -> float | None:
+    return value / plain if value is not None and plain else None
+
+
+def _write_zooms(settings: Settings, shot: Shot, result: Result) -> None:
+    if settings.folder is None or shot.name != BUILTIN:
         return
     height, width = result.picture.shape[:2]
     for name, (left, top, right, bottom) in ZOOMS.items():

@@ -28,22 +28,27 @@ override self_shadowing: bool;
 override layers: u32;           // of the map that are known: the nearest surface, and perhaps the last one
 
 const THIN_TEXELS = 8.0;        // nearer than that to the last surface, a surface counts as the last one
+const SPAN_ROWS = 8u;           // masked_pass.py
 const COUNTERS = 128u;          // so that pixels rarely wait for each other
 
-// The nearest and the farthest surface in the map.
+// The nearest and the farthest surface in the map. An invocation looks at SPAN_ROWS texels of a column: most of its time goes
+// into its beginning and its end.
 @compute @workgroup_size(8, 8)
 fn cs_span(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(shadow_atlas)) {
-        return;
+    let last_texel = textureDimensions(shadow_atlas) - 1u;
+    var nearest = 0u;
+    var inverted_farthest = 0u;
+    for (var row = 0u; row < SPAN_ROWS; row++) {
+        let texel = min(vec2u(id.x, SPAN_ROWS * id.y + row), last_texel);
+        let bits = bitcast<u32>(textureLoad(shadow_atlas, texel, 0));
+        nearest = max(nearest, bits);
+        inverted_farthest = max(inverted_farthest, select(0u, ~bits, bits != 0u));
     }
-    let bits = bitcast<u32>(textureLoad(shadow_atlas, id.xy, 0));
-    if bits != 0u {
-        if bits > atomicLoad(&span.nearest) {
-            atomicMax(&span.nearest, bits);
-        }
-        if ~bits > atomicLoad(&span.inverted_farthest) {
-            atomicMax(&span.inverted_farthest, ~bits);
-        }
+    if nearest > atomicLoad(&span.nearest) {
+        atomicMax(&span.nearest, nearest);
+    }
+    if inverted_farthest > atomicLoad(&span.inverted_farthest) {
+        atomicMax(&span.inverted_farthest, inverted_farthest);
     }
 }
 

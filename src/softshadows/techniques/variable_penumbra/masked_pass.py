@@ -18,6 +18,8 @@ from softshadows.techniques.sampled import SampledPass, center_sample
 COUNTERS = 128
 """Of edges.wgsl: pairs of further reads and absent pixels."""
 SPAN_BYTES, SPAN_FOUND_BYTES = 16, 8
+SPAN_ROWS = 8
+"""Of edges.wgsl."""
 
 
 class MaskedPass(SampledPass):
@@ -84,7 +86,7 @@ class MaskedPass(SampledPass):
         commands.encoder.clear_buffer(self._mask)
         commands.encoder.clear_buffer(self._span, 0, SPAN_FOUND_BYTES)
         groups = -(-atlas.plan.atlas_size // 8)
-        self._dispatch(commands, atlas, chunk, "cs_span", "span", (groups, groups))
+        self._dispatch(commands, atlas, chunk, "cs_span", "span", (groups, -(-groups // SPAN_ROWS)))
         self._dispatch(commands, atlas, chunk, "cs_mask", "mask", (groups, groups))
         super()._encode_lookups(commands, atlas, chunk)
 
