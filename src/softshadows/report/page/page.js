@@ -130,6 +130,7 @@
       const caption = document.createElement("figcaption");
       const { width, height } = shot();
       canvas.style.aspectRatio = `${width} / ${height}`;
+      if (sources.length > 1) canvas.style.maxWidth = `calc(80vh * ${width / height})`; // all of it fits the window
       caption.textContent = sources.length > 1
         ? `${LAYER_NAMES[layer]}: ${labelOf(sources[0])} on the left, ${labelOf(sources[1])} on the right`
         : `${labelOf(sources[0])}: ${LAYER_NAMES[layer]}`;
@@ -147,12 +148,13 @@
   let paintings = 0;
   async function paint() {
     const painting = ++paintings;
+    at("stage").ariaBusy = true;
     const images = await Promise.all(panels.map(({ sources, layer }) =>
       Promise.all(sources.map((source) => layerImage(state.picture, source, state.light, layer)))));
     if (painting !== paintings) return;
     panels.forEach((panel, index) => { panel.images = images[index]; });
     draw();
-    at("stage").dataset.drawn = painting; // for tests: something is to be seen
+    at("stage").ariaBusy = false;
   }
 
   const scaleOf = (canvas) => (state.zoom * canvas.clientWidth) / shot().width; // CSS pixels per picture pixel
