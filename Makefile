@@ -9,10 +9,14 @@ endif
 # pyright asks the network for its newest version only to print a hint.
 export PYRIGHT_PYTHON_IGNORE_WARNINGS := 1
 
-.PHONY: help demo test lint lock clean
+# The theme's makers advertise its successor on every build.
+export NO_MKDOCS_2_WARNING := 1
+
+.PHONY: help demo docs test lint lock clean
 
 help:
 	@echo "make demo    render a built-in scene: picture, shadow, truth and error"
+	@echo "make docs    build the documentation, warnings as errors: build/site/index.html"
 	@echo "make test    lint, types and all tests"
 	@echo "make lint    ruff and pyright only"
 	@echo "make lock    write requirements.lock anew, with the newest versions that pyproject.toml allows"
@@ -21,6 +25,11 @@ help:
 demo:
 	@scripts/setup.sh
 	@$(python) -m softshadows.report.demo
+
+docs:
+	@scripts/setup.sh --no-driver
+	@$(python) -m mkdocs build --strict --quiet
+	@echo "open build/site/index.html in a browser"
 
 test: lint
 	@scripts/setup.sh

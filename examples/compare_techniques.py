@@ -1,6 +1,6 @@
 """Several techniques beside ray-traced truth: figures, and where each one errs.
 
-Error maps, left to right as listed: orange is too light, blue too dark. `softshadows compare` makes a whole page.
+Error maps, in rows as listed: orange is too light, blue too dark. `softshadows compare` makes a whole page.
 """
 
 import numpy as np
@@ -21,7 +21,8 @@ def main(size: tuple[int, int] = (512, 384), samples: int = 256) -> None:
         error = ss.metrics.compare(frame.visibility[0], truth, mask)
         print(f"{name:20} rmse {error.rmse:.4f}   leak rate {error.leak_rate:.2%}   bias {error.bias:+.4f}")
         maps.append(ss.metrics.signed_error_image(frame.visibility[0], truth, mask))
-    Image.fromarray(np.rint(255 * np.hstack(maps)).astype(np.uint8)).save("compare_techniques.png")
+    sheet = np.vstack([np.hstack(maps[:2]), np.hstack(maps[2:])])
+    Image.fromarray(np.rint(255 * sheet).astype(np.uint8)).save("compare_techniques.png")
 
 
 if __name__ == "__main__":

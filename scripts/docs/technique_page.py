@@ -1,0 +1,135 @@
+"""A technique's page: its module's docstring, the declarations of its options, its pictures, its measured figures."""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import sys
+from pathlib import Path
+
+from prose import prose, table
+from tables import technique_figures
+
+from softshadows.techniques import TECHNIQUES, Technique
+from softshadows.techniques.base import legal_values
+
+HEADINGS = ("Paper", "Section map", "Departures from the paper", "Use when", "Fails when", "Inputs", "Cost")
+PICTURES = Path(__file__).parents[2] / "docs" / "images" / "techniques"
+DECISIONS = "../decisions/"
+ENTRY = re.compile(r"^\s*\[([^\]]+)\]\s+(.+?)\s+->\s+(\S+\.wgsl)\s+(.+)$", re.MULTILINE)
+
+
+def technique_page(name: str) -> str:
+    """The page of the technique called `name`."""
+    cls = TECHNIQUES[name]
+    intro, sections = manual(cls)
+    captions = json.loads((PICTURES / "captions.json").read_text(encoding="utf-8"))[name]
+    parts = [
+        f"# {name}",
+        prose(intro, DECISIONS),
+        _picture(f"{name}.png", captions["picture"]),
+        _how_to_use(cls),
+        "## Use when",
+        _sentence(sections["Use when"]),
+        "## Fails when",
+        _sentence(sections["Fails when"]),
+        _picture(f"{name}-fails.png", captions["failure"]),
+        "## Options",
+        _options(cls),
+        "## Figures",
+        technique_figures(name),
+        "## Inputs and cost",
+        _sentence(sections["Inputs"]),
+        _sentence(sections["Cost"]),
+        "## Paper",
+        _papers(sections["Paper"]),
+        "## From the paper to the code",
+        _section_map(sections["Section map"]),
+        "## Departures from the paper",
+        _sentence(sections["Departures from the paper"]),
+    ]
+    return "\n\n".join(parts) + "\n"
+
+
+def techniques_page() -> str:
+    """The list of all of them."""
+    rows = [
+        [f"[{name}]({name}.md)", prose(summary(cls)), ", ".join(sorted(cls.light_kinds))]
+        for name, cls in TECHNIQUES.items()
+    ]
+    text = "Each page is made from the technique's own module: its docstring, its options, its measured figures."
+    return f"# Techniques\n\n{text} [Which one to use](../choose.md) compares them.\n\n" + table(
+        ["technique", "what it computes", "lights"], rows
+    )
+
+
+def manual(cls: type[Technique]) -> tuple[str, dict[str, str]]:
+    """What stands before the first heading of a technique's docstring, and the text under each heading."""
+    text = inspect.getdoc(sys.modules[cls.__module__]) or ""
+    pieces = re.split(rf"^({'|'.join(HEADINGS)})\n", text, flags=re.MULTILINE)
+    return pieces[0].strip(), {
+        heading: inspect.cleandoc("\n" + body) for heading, body in zip(pieces[1::2], pieces[2::2], strict=True)
+    }
+
+
+def summary(cls: type[Technique]) -> str:
+    """The first sentence of a technique's manual, without its name in other words where a colon follows it."""
+    first = manual(cls)[0].split("\n\n")[0]
+    return re.split(r"(?<=[.!?])\s", " ".join(first.split()))[0]
+
+
+def source(cls: type[Technique]) -> str:
+    """Who published it: the first author and the year of each paper."""
+    papers = re.findall(r"^\[[A-Za-z]+(\d{4})\]\s+([^\"]+?),\s+\"", manual(cls)[1]["Paper"], re.MULTILINE)
+    names = [(re.split(r", | and ", authors), year) for year, authors in papers]
+    return "; ".join(f"{first[0]}{' et al.' if len(first) > 1 else ''} {year}" for first, year in names)
+
+
+def _picture(file: str, caption: str) -> str:
+    alone = caption.replace("`", "")
+    return f"![{alone}](../images/techniques/{file})\n/// caption\n{prose(caption, DECISIONS)}\n///"
+
+
+def _how_to_use(cls: type[Technique]) -> str:
+    python = f"frame = ss.render(scene, camera, technique=ss.techniques.{cls.__name__}())"
+    return f"```python\n{python}\n```\n\n    softshadows render figures -t {cls.name} -o picture.png"
+
+
+def _sentence(text: str) -> str:
+    """A section that goes on from its heading, as text that begins with a capital letter."""
+    return prose(text[:1].upper() + text[1:], DECISIONS)
+
+
+def _options(cls: type[Technique]) -> str:
+    if not cls.options():
+        return "None."
+    rows = [
+        [f"`{option.name}`", f"`{option.default}`", legal_values(option), prose(option.metadata["help"])]
+        for option in cls.options()
+    ]
+    written = table(["option", "default", "legal values", "what it does"], rows)
+    if cls.presets:
+        written += "\n\nPresets, `ss.techniques." + cls.__name__ + ".preset(name)`:\n\n"
+        written += table(
+            ["preset", "options"],
+            [
+                [f"`{preset}`", ", ".join(f"`{key}={value}`" for key, value in chosen.items())]
+                for preset, chosen in cls.presets.items()
+            ],
+        )
+    return written
+
+
+def _papers(text: str) -> str:
+    if text == "none.":
+        return "None."
+    entries = re.split(r"^(?=\[)", text, flags=re.MULTILINE)
+    return "\n".join("- " + prose(" ".join(entry.split()), DECISIONS) for entry in entries if entry.strip())
+
+
+def _section_map(text: str) -> str:
+    if text == "none.":
+        return "None."
+    rows = [[tag, prose(what, DECISIONS), f"`{file}`", f"`{where}`"] for tag, what, file, where in ENTRY.findall(text)]
+    return table(["section", "what it says", "shader", "function"], rows)
