@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from softshadows.cli import app
-from softshadows.errors import OptionError
+from softshadows.errors import DeviceError, OptionError
 from softshadows.report import compare as comparison
 from softshadows.report.compare import Effort, Picture, compare
 from softshadows.report.console import time_left
@@ -21,7 +21,7 @@ from softshadows.report.schedule import Schedule
 from softshadows.report.schema import read_results
 from softshadows.scene.lights import LineLight
 from softshadows.scene.shot import Shot, open_shot
-from softshadows.techniques import make_technique
+from softshadows.techniques import Technique, make_technique
 
 EFFORT = Effort(samples=16, repeats=1)
 LINE = LineLight(start=(-1, 4, 0), end=(1, 4, 0), radiance=(1, 1, 1))
@@ -45,7 +45,7 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path: Path, monkeypa
 
     rendered = comparison._rendered
 
-    def interrupted(shot: Shot, technique, *rest):
+    def interrupted(shot: Shot, technique: Technique, *rest):
         if technique == UNIFORM:
             raise KeyboardInterrupt
         return rendered(shot, technique, *rest)
@@ -138,6 +138,23 @@ def test_lights_are_measured_one_by_one_and_techniques_that_cannot_do_all_are_na
     (sentence,) = measured.skipped
     assert "penumbra_wedges" in sentence
     assert shot.scene.lights[0] is light, "lights that moved for the timing are back"
+
+
+def test_techniques_that_refuse_a_picture_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One of two refuses: the report goes on without it. Both refuse: there is no report."""
+    rendered = comparison._rendered
+
+    def refusing(shot: Shot, technique: Technique, *rest):
+        if technique == UNIFORM:
+            raise DeviceError("too little memory")
+        return rendered(shot, technique, *rest)
+
+    monkeypatch.setattr(comparison, "_rendered", refusing)
+    (measured,), _ = run(Kept(tmp_path), Picture(small_shot(), [UNIFORM, HARD]))
+    assert [result.label for result in measured.results] == ["hard"]
+    assert measured.skipped == ["uniform:grid=3: too little memory"]
+    with pytest.raises(DeviceError, match="too little memory"):
+        run(Kept(tmp_path), Picture(small_shot(), [UNIFORM]))
 
 
 def test_the_schedule_tells_shares_of_time(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -57,8 +57,8 @@ def compare(pictures: Sequence[Picture], effort: Effort, notice: Notice, kept: K
     """Measure every technique on every picture, reusing what `kept` holds and adding to it.
 
     A technique that cannot do a picture is named in its `skipped`. Raises OptionError where a picture cannot be
-    measured or a required technique cannot do its lights, all before the first is measured, and the last error of a
-    picture that no technique can do.
+    measured or a required technique cannot do its lights, all before the first is measured, and DeviceError where in
+    the end no technique could do any picture.
     """
     able = [able_techniques(picture.shot, picture.techniques, skip=not picture.required) for picture in pictures]
     schedule = Schedule(notice)
@@ -68,9 +68,12 @@ def compare(pictures: Sequence[Picture], effort: Effort, notice: Notice, kept: K
         for technique in techniques:
             if kept.frame(picture.shot, technique, effort.repeats, effort.profile) is None:
                 schedule.expect(label_of(technique))
-    measured = []
-    for picture, (techniques, skipped) in zip(pictures, able, strict=True):
-        measured.append(_measure(picture.shot, techniques, skipped, effort, schedule, kept))
+    measured = [
+        _measure(picture.shot, techniques, skipped, effort, schedule, kept)
+        for picture, (techniques, skipped) in zip(pictures, able, strict=True)
+    ]
+    if not any(measurement.results for measurement in measured):
+        raise DeviceError("nothing could be compared: " + "; ".join(s for m in measured for s in m.skipped))
     notice("writing the report", 1.0)
     return measured
 
@@ -103,7 +106,6 @@ def _measure(
     """One picture by every technique."""
     held = _held(shot, effort, schedule, kept)
     made = []
-    error: Exception | None = None
     for technique in techniques:
         label = label_of(technique)
         frame = kept.frame(shot, technique, effort.repeats, effort.profile)
@@ -112,15 +114,12 @@ def _measure(
                 with schedule.step(label, f"{shot.name}: {label}") as within:
                     frame = _rendered(shot, technique, effort, within)
             except (DeviceError, OptionError) as refused:
-                error = refused
                 skipped.append(f"{label}: {refused}")
                 continue
             kept.keep_frame(shot, technique, effort.repeats, effort.profile, frame)
         result = held.result(technique, frame, frame.times["frame"])
         result.times = dict(frame.times)
         made.append(result)
-    if error is not None and not made:
-        raise error
     return Measurement(shot, held.reference, made, skipped)
 
 

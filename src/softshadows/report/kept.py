@@ -26,6 +26,7 @@ from softshadows.report.environment import cpu_name
 from softshadows.report.measure import Truth
 from softshadows.report.results import write_bytes
 from softshadows.report.turns import Timing
+from softshadows.scene.model import Scene
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
 
@@ -48,6 +49,7 @@ class Kept:
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
         self._folder, self._fresh = folder, fresh
         self._used: set[Path] = set()
+        self._scenes: dict[int, tuple[Scene, str]] = {}
 
     def truth(self, shot: Shot, samples: int) -> Truth | None:
         """The truth of a shot, if it is there."""
@@ -77,10 +79,16 @@ class Kept:
             path.unlink(missing_ok=True)
 
     def _path(self, name: str, shot: Shot, *depends_on: object) -> Path:
-        subject = (_scene_digest(shot), shot.camera, shot.scene.lights, shot.size)
+        subject = (self._geometry(shot.scene), shot.camera, shot.scene.lights, shot.size)
         path = self._folder / f"{name}-{digest((_machine(), subject, depends_on))[:24]}.npz"
         self._used.add(path)
         return path
+
+    def _geometry(self, scene: Scene) -> str:
+        """The digest of a scene without its lights. It does not change while it is compared, so it is read once."""
+        if id(scene) not in self._scenes:
+            self._scenes[id(scene)] = (scene, digest(scene.nodes))  # the scene too: its id stays its own
+        return self._scenes[id(scene)][1]
 
     def _read(self, path: Path) -> tuple[npt.NDArray[np.float32], dict[str, Any]] | None:
         """None where the file is missing or damaged: then it is measured again, and replaced."""
@@ -121,17 +129,6 @@ def _digest(value: object, known: dict[int, bytes]) -> bytes:
     else:
         state.update(repr(value).encode())
     return state.digest()
-
-
-_scenes: dict[int, tuple[Any, str]] = {}
-
-
-def _scene_digest(shot: Shot) -> str:
-    """The scene's nodes, without its lights. A scene is not changed while it is compared, so it is read once."""
-    scene = shot.scene
-    if id(scene) not in _scenes:
-        _scenes[id(scene)] = (scene, digest(scene.nodes))
-    return _scenes[id(scene)][1]
 
 
 @cache
