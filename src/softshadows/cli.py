@@ -239,10 +239,14 @@ def compare(
         required = technique is not None and len(shots) == 1
         pictures = [Picture(shot, techniques_from(shot, technique, options or []), required) for shot in shots]
         kept = Kept(output / KEPT_FOLDER, fresh=fresh)
-    with progress(console) as notice:
-        measurements = measure_all(pictures, Effort(samples, repeats, profile.value), notice, kept)
-        index = write_report(measurements, output)
-        kept.forget_others()
+    try:
+        with progress(console) as notice:
+            measurements = measure_all(pictures, Effort(samples, repeats, profile.value), notice, kept)
+            index = write_report(measurements, output)
+            kept.forget_others()
+    except KeyboardInterrupt:
+        say(console, ["interrupted; the same command again goes on after what is measured"])
+        raise
     for measurement in measurements:
         name = f"{measurement.shot.name}: " if len(measurements) > 1 else ""
         say(console, [name + sentence for sentence in [*measurement.shot.notes, *measurement.skipped]])
