@@ -126,9 +126,8 @@ class Yardstick:
     unshadowed: Floats
     frame: Frame
 
-    def result(self, technique: Technique, frame: Shadows, timing: Timing | float) -> Result:
+    def result(self, technique: Technique, frame: Shadows, timing: Timing) -> Result:
         """The figures of a technique's frame."""
-        timing = timing if isinstance(timing, Timing) else Timing.of([timing])
         reference = self.reference
         picture = display(_lit(self.emitted, self.unshadowed, frame.visibility), exposure=reference.exposure)
         comparisons = [

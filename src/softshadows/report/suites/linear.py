@@ -178,7 +178,7 @@ def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
     redrawn = run.timings(REDRAWN)
     assert redrawn is not None
     hard = baseline.timings(REDRAWN) if baseline else None
-    result = held.result(run.technique, run.frame, redrawn["wall_ms"])
+    result = held.result(run.technique, run.frame, run.timing(REDRAWN))
     result.stats["gpu_ms"] = redrawn["gpu_ms"]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     outreach = redrawn["gpu_ms"].get("outreach")

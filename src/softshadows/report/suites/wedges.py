@@ -20,22 +20,18 @@ light and blue where too dark.
 
 from __future__ import annotations
 
-import statistics
-import time
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softshadows import metrics
-from softshadows.errors import DeviceError
-from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, label_of, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
+from softshadows.report.turns import render_in_turns
 from softshadows.scene import builtin
 from softshadows.scene.edges import edges_of
 from softshadows.scene.shot import Shot
@@ -50,8 +46,6 @@ COUNTS = (1, 2, 3, 4)
 """Spheres along a cube's side."""
 FULL = 3
 """The cube that all techniques do."""
-LIGHT_STEP = 1e-6
-"""Metres from frame to frame."""
 AMPLIFICATION = 5.0
 UNSHADOWED, STANDARD, PAPER = make_technique("none"), "additive", "overlap"
 
@@ -100,60 +94,26 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(view.name, scene, scene.camera, settings.size or SIZE)
     held = yardstick(shot, settings.samples, notice)
-    frames, times, skipped = render_in_turns(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice)
-    empty_ms = times[UNSHADOWED]
+    turns = render_in_turns(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice, redraw=True)
+    empty_ms = turns.times[UNSHADOWED].median_ms
     edges = sum(len(edges_of(node.mesh).vertices) for node in scene.nodes)
     results: list[Result] = []
     for technique in view.techniques:
-        if technique not in frames:
+        if technique not in turns.frames:
             continue
-        result = held.result(technique, frames[technique], times[technique])
-        result.figures = {"wedge_ms": times[technique] - empty_ms, "edges": edges, "triangles": scene.triangle_count}
+        result = held.result(technique, turns.frames[technique], turns.times[technique])
+        result.figures = {"wedge_ms": result.frame_ms - empty_ms, "edges": edges, "triangles": scene.triangle_count}
         results.append(result)
     standard = next((result for result in results if result.technique == view.techniques[0]), None)
     for result in results:
         result.figures["time_ratio"] = _ratio(result, standard, "wedge_ms")
         result.figures["rmse_ratio"] = result.comparisons[0].rmse / standard.comparisons[0].rmse if standard else None
         _write_pictures(settings, view, held, result)
-    return Measurement(shot, held.reference, results, skipped, {})
+    return Measurement(shot, held.reference, results, turns.failed, {})
 
 
 def _ratio(result: Result, standard: Result | None, figure: str) -> float | None:
     return result.figures[figure] / standard.figures[figure] if standard else None
-
-
-def render_in_turns(
-    shot: Shot, techniques: Sequence[Technique], repeats: int, notice: Notice
-) -> tuple[dict[Technique, Frame], dict[Technique, float], list[str]]:
-    """Each technique's first frame and its median time in milliseconds; and in sentences which could not run."""
-    frames: dict[Technique, Frame] = {}
-    times: dict[Technique, list[float]] = {}
-    failed: list[str] = []
-    lights = list(shot.scene.lights)
-    with ExitStack() as stack:
-        stack.callback(lambda: setattr(shot.scene, "lights", lights))
-        renderers: dict[Technique, Renderer] = {}
-        for technique in techniques:
-            notice(f"{label_of(technique)}, first frame", 0.3)
-            try:
-                renderer = stack.enter_context(Renderer(shot.scene, technique=technique, size=shot.size))
-                frames[technique] = renderer.render(shot.camera)  # compiles and uploads, and is not timed
-                renderers[technique] = renderer
-            except DeviceError as error:
-                failed.append(f"{label_of(technique)}: {error}")
-        for turn in range(1, repeats + 1):
-            notice(f"frame {turn} of {repeats}", 0.4 + 0.6 * turn / (repeats + 1))
-            shot.scene.lights = [_moved(light, turn * LIGHT_STEP) for light in lights]
-            for technique, renderer in renderers.items():
-                started = time.perf_counter()
-                renderer.render(shot.camera)
-                times.setdefault(technique, []).append(1e3 * (time.perf_counter() - started))
-    return frames, {technique: statistics.median(taken) for technique, taken in times.items()}, failed
-
-
-def _moved(light: Any, by: float) -> Any:
-    x, y, z = light.position
-    return replace(light, position=(x + by, y, z))
 
 
 def growth(measurements: Sequence[Measurement]) -> dict[str, Any]:
