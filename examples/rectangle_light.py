@@ -12,7 +12,8 @@ def box(
     size: tuple[float, float, float], foot: tuple[float, float, float], color: tuple[float, float, float]
 ) -> ss.Node:
     """A box whose bottom face is centred at `foot`, its faces counter-clockwise seen from outside."""
-    corners = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (0, 1) for z in (-0.5, 0.5)]) * size + foot
+    unit = np.array([(x, y, z) for x in (-0.5, 0.5) for y in (0, 1) for z in (-0.5, 0.5)])
+    corners = (unit * size + foot).astype(np.float32)
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
     return ss.Node(ss.Mesh(corners, np.array(triangles), material=ss.Material(base_color=(*color, 1.0))))

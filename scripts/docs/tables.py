@@ -17,7 +17,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from manual import source, summary
 from prose import table
+
+from softshadows.techniques import TECHNIQUES
 
 ROOT = Path(__file__).parents[2]
 RESULTS = ROOT / "benchmarks" / "results"
@@ -57,10 +60,6 @@ def pictures(kind: str) -> list[Picture]:
 
 def techniques() -> str:
     """README's table: every technique's first sentence, source, lights, and its error and time on `figures`."""
-    from technique_page import source, summary
-
-    from softshadows.techniques import TECHNIQUES
-
     measured = {kind: {row["name"]: row for row in reversed(pictures(kind)[0]["techniques"])} for kind in LIGHTS}
     rows = []
     for name, cls in TECHNIQUES.items():

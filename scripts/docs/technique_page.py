@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 import re
-import sys
 from pathlib import Path
 
+from manual import manual, summary
 from prose import prose, table
 from tables import technique_figures
 
 from softshadows.techniques import TECHNIQUES, Technique
 from softshadows.techniques.base import legal_values
 
-HEADINGS = ("Paper", "Section map", "Departures from the paper", "Use when", "Fails when", "Inputs", "Cost")
 PICTURES = Path(__file__).parents[2] / "docs" / "images" / "techniques"
 DECISIONS = "../decisions/"
 ENTRY = re.compile(r"^\s*\[([^\]]+)\]\s+(.+?)\s+->\s+(\S+\.wgsl)\s+(.+)$", re.MULTILINE)
@@ -62,28 +60,6 @@ def techniques_page() -> str:
     return f"# Techniques\n\n{text} [Which one to use](../choose.md) compares them.\n\n" + table(
         ["technique", "what it computes", "lights"], rows
     )
-
-
-def manual(cls: type[Technique]) -> tuple[str, dict[str, str]]:
-    """What stands before the first heading of a technique's docstring, and the text under each heading."""
-    text = inspect.getdoc(sys.modules[cls.__module__]) or ""
-    pieces = re.split(rf"^({'|'.join(HEADINGS)})\n", text, flags=re.MULTILINE)
-    return pieces[0].strip(), {
-        heading: inspect.cleandoc("\n" + body) for heading, body in zip(pieces[1::2], pieces[2::2], strict=True)
-    }
-
-
-def summary(cls: type[Technique]) -> str:
-    """The first sentence of a technique's manual, without its name in other words where a colon follows it."""
-    first = manual(cls)[0].split("\n\n")[0]
-    return re.split(r"(?<=[.!?])\s", " ".join(first.split()))[0]
-
-
-def source(cls: type[Technique]) -> str:
-    """Who published it: the first author and the year of each paper."""
-    papers = re.findall(r"^\[[A-Za-z]+(\d{4})\]\s+([^\"]+?),\s+\"", manual(cls)[1]["Paper"], re.MULTILINE)
-    names = [(re.split(r", | and ", authors), year) for year, authors in papers]
-    return "; ".join(f"{first[0]}{' et al.' if len(first) > 1 else ''} {year}" for first, year in names)
 
 
 def _picture(file: str, caption: str) -> str:
