@@ -132,3 +132,34 @@ def compare(
     )
     if found.got_worse:
         raise typer.Exit(GOT_WORSE)
+
+
+@bench.command()
+def report(
+    results: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="JSON...",
+            help="Files of suites; left out: those in benchmarks/results, suite by suite.",
+            show_default=False,
+        ),
+    ] = None,
+    output: Annotated[
+        Path, typer.Option("-o", "--output", help="The page; its charts go to images/benchmarks beside it.")
+    ] = Path("docs/benchmarks.md"),
+) -> None:
+    """Render results of suites as a Markdown page with charts.
+
+    `softshadows bench report`
+
+    `softshadows bench report linear.json wedges.json -o report/benchmarks.md`
+    """
+    from softshadows.report.benchmarks import IMAGES, benchmarks_page, committed_results
+    from softshadows.report.results import write_bytes
+    from softshadows.report.schema import read_results
+
+    page, charts = benchmarks_page([read_results(path) for path in results or committed_results(Path())])
+    for name, text in charts.items():
+        write_bytes(text.encode(), output.parent / IMAGES / name)
+    write_bytes(page.encode(), output)
+    new_console().print(f"{output} and {len(charts)} charts", highlight=False, soft_wrap=True)

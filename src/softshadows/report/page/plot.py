@@ -69,8 +69,8 @@ def plot(measurement: Measurement) -> str:
     points = points_of(measurement)
     if not points:
         return ""
-    across = _axis([p.ms for p in points], LEFT, WIDTH - RIGHT)
-    up = _axis([p.error for p in points], HEIGHT - BOTTOM, TOP)
+    across = logarithmic_axis([p.ms for p in points], LEFT, WIDTH - RIGHT)
+    up = logarithmic_axis([p.error for p in points], HEIGHT - BOTTOM, TOP)
     front = pareto_front(points)
     line = " ".join(f"{across.at(p.ms):.1f},{up.at(p.error):.1f}" for p in front)
     says = (
@@ -85,7 +85,7 @@ def plot(measurement: Measurement) -> str:
     )
 
 
-def _axis(values: Sequence[float], start: float, end: float) -> Axis:
+def logarithmic_axis(values: Sequence[float], start: float, end: float) -> Axis:
     """Some room beyond the values, and at least half a decade."""
     logarithms = [math.log10(max(value, LEAST)) for value in values]
     low, high = min(logarithms), max(logarithms)
