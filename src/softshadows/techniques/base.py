@@ -49,7 +49,7 @@ def legal_values(option_field: Field) -> str:
         return "one of " + ", ".join(str(choice) for choice in meta["choices"])
     kind = "a number" if isinstance(option_field.default, float) else "a whole number"
     interval = (
-        f"from {meta['low']:g} to {meta['high']:g}" if meta["high"] < math.inf else f"of at least {meta['low']:g}"
+        f"from {meta['low']:.9g} to {meta['high']:.9g}" if meta["high"] < math.inf else f"of at least {meta['low']:.9g}"
     )
     return f"{kind} {interval}" + (f", or {meta['or_word']}" if meta["or_word"] else "")
 
@@ -166,5 +166,8 @@ class Technique(ABC):
     def build(self, context: RenderContext) -> TechniquePass:
         """The technique's pass on this device, scene and image size."""
 
+
+VISIBILITIES = ("map", "ray", "hybrid")
+"""What tells whether a light sample is visible, for techniques that ask sample by sample."""
 
 ALL_LIGHTS = frozenset({"rect", "disk", "line", "point", "spot", "directional"})
