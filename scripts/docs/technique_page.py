@@ -15,6 +15,8 @@ from softshadows.techniques.base import legal_values
 
 PICTURES = Path(__file__).parents[2] / "docs" / "images" / "techniques"
 DECISIONS = "../decisions/"
+LINE = "line:start=-1,3,1:end=1,3,1:radiance=20,20,20"
+"""A light for techniques that cannot do that of the scene `figures`."""
 ENTRY = re.compile(r"^\s*\[([^\]]+)\]\s+(.+?)\s+->\s+(\S+\.wgsl)\s+(.+)$", re.MULTILINE)
 
 
@@ -69,7 +71,8 @@ def _picture(file: str, caption: str) -> str:
 
 def _how_to_use(cls: type[Technique]) -> str:
     python = f"frame = ss.render(scene, camera, technique=ss.techniques.{cls.__name__}())"
-    return f"```python\n{python}\n```\n\n    softshadows render figures -t {cls.name} -o picture.png"
+    light = "" if "rect" in cls.light_kinds else f" --light {LINE}"
+    return f"```python\n{python}\n```\n\n    softshadows render figures -t {cls.name}{light} -o picture.png"
 
 
 def _sentence(text: str) -> str:
@@ -90,7 +93,7 @@ def _options(cls: type[Technique]) -> str:
         written += table(
             ["preset", "options"],
             [
-                [f"`{preset}`", ", ".join(f"`{key}={value}`" for key, value in chosen.items())]
+                [f"`{preset}`", ", ".join(f"`{key}={value}`" for key, value in chosen.items()) or "the defaults"]
                 for preset, chosen in cls.presets.items()
             ],
         )

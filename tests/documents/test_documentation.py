@@ -15,6 +15,7 @@ import pytest
 from PIL import Image
 
 import softshadows
+from softshadows.scene.description import light_from_text
 from softshadows.techniques import TECHNIQUES
 
 ROOT = Path(__file__).parents[2]
@@ -72,6 +73,18 @@ def test_a_technique_has_its_page_with_both_pictures_and_all_options(site: Path,
         assert f"<code>{option.name}</code>" in page
     for heading in ("Use when", "Fails when", "Figures", "From the paper to the code", "Departures from the paper"):
         assert f">{heading}<" in page
+
+
+@techniques
+def test_the_command_on_a_technique_s_page_names_a_light_that_it_can_do(name: str) -> None:
+    from technique_page import technique_page
+
+    (command,) = re.findall(r"^    softshadows render (.+)$", technique_page(name), re.MULTILINE)
+    words = command.split()
+    scene = softshadows.scenes.make(words[0])
+    lights = [light_from_text(words[words.index("--light") + 1])] if "--light" in words else scene.lights
+    assert words[words.index("-t") + 1] == name
+    TECHNIQUES[name].check_lights(lights)
 
 
 @techniques
