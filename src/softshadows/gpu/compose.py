@@ -3,13 +3,14 @@
     //#include "shadow_map.wgsl"     that file once, looked for beside the including file, then in shaders/
     //#struct Light                  the WGSL declaration of the Python struct of that name, once
 
-Both are comments, so an editor sees plain WGSL.
+Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions: how one
+shader is built for maps, for rays or for both.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -40,8 +41,12 @@ class Source:
         return _ERROR_LINE.sub(place, message)
 
 
-def compose(path: Path, structs: Sequence[type[Struct]] = ()) -> Source:
-    """The file with its includes and structs resolved. Raises ShaderError for a missing or circular include."""
+def compose(path: Path, structs: Sequence[type[Struct]] = (), stand_ins: Mapping[str, str] | None = None) -> Source:
+    """The file with its includes and structs resolved. Raises ShaderError for a missing or circular include.
+
+    `stand_ins` maps a file's name to that of the one that is included in its place.
+    """
+    replaced = dict(stand_ins or {})
     named = {struct.__name__: struct for struct in structs}
     lines: list[str] = []
     origin: list[tuple[str, int]] = []
@@ -58,6 +63,7 @@ def compose(path: Path, structs: Sequence[type[Struct]] = ()) -> Source:
                 origin.append((file.name, number))
                 continue
             kind, name = directive.groups()
+            name = replaced.get(name, name)
             key = f"{kind} {name}"
             if kind == "struct":
                 if name not in named:
@@ -84,9 +90,14 @@ def compose(path: Path, structs: Sequence[type[Struct]] = ()) -> Source:
     return Source("\n".join(lines[i] for i in order) + "\n", [origin[i] for i in order])
 
 
-def shader_module(device: wgpu.GPUDevice, path: Path, structs: Sequence[type[Struct]] = ()) -> wgpu.GPUShaderModule:
+def shader_module(
+    device: wgpu.GPUDevice,
+    path: Path,
+    structs: Sequence[type[Struct]] = (),
+    stand_ins: Mapping[str, str] | None = None,
+) -> wgpu.GPUShaderModule:
     """The compiled file. Raises ShaderError with the compiler's message, file and line."""
-    source = compose(path, structs)
+    source = compose(path, structs, stand_ins)
     try:
         return device.create_shader_module(label=path.name, code=source.text)
     except wgpu.GPUError as error:

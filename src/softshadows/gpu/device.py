@@ -62,8 +62,8 @@ DEFAULT_LIMITS: dict[str, int | None] = {
 RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
 """Limits that the full profile names as the adapter's own; wgpu-py then raises all others to the adapter's as well."""
 
-CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS = 10_000, 50_000
-GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS = 500_000, 10_000_000
+CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS, CPU_RAYS_PER_MS = 10_000, 50_000, 5_000
+GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS, GPU_RAYS_PER_MS = 500_000, 10_000_000, 200_000
 """Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame
 is cut into submits, so that none of them runs into a driver's watchdog."""
 
@@ -88,6 +88,10 @@ class Gpu:
     @property
     def lookups_per_ms(self) -> int:
         return CPU_LOOKUPS_PER_MS if self.is_cpu else GPU_LOOKUPS_PER_MS
+
+    @property
+    def rays_per_ms(self) -> int:
+        return CPU_RAYS_PER_MS if self.is_cpu else GPU_RAYS_PER_MS
 
     def limit(self, name: str) -> int:
         return int(self.device.limits[name])

@@ -28,9 +28,10 @@ class Kernel:
         structs: Sequence[type[Struct]],
         groups: Mapping[int, Mapping[int, Resource]],
         constants: Mapping[str, float] | None = None,
+        stand_ins: Mapping[str, str] | None = None,
     ) -> None:
         self._device = gpu.device
-        module = shader_module(gpu.device, file, structs)
+        module = shader_module(gpu.device, file, structs, stand_ins)
         compute = {"module": module, "entry_point": entry, "constants": dict(constants or {})}
         self._pipeline = gpu.device.create_compute_pipeline(layout="auto", compute=compute)
         self._groups = {group: self.bind(group, resources) for group, resources in groups.items()}

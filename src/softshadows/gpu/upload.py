@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import wgpu
 
@@ -56,6 +58,7 @@ class SceneBuffers:
         self.solid_count = geometry.solid_count
         self.diagonal = geometry.diagonal
         self.bytes = 0
+        self.tree: Any = None  # of the triangles, once somebody asks for rays (passes/bvh/bvh.py)
         vertex, index = _USAGE.STORAGE | _USAGE.VERTEX, _USAGE.STORAGE | _USAGE.INDEX
         self.positions = self._buffer(geometry.positions, vertex, "the vertex positions")
         self.indices = self._buffer(geometry.triangles, index, "the triangles")

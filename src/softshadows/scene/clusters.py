@@ -26,7 +26,7 @@ def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[
     triangle_count = len(geometry.triangles)
     if triangle_count == 0:
         return np.zeros((0, 2, 3), np.float32)
-    low, high, middle = _triangle_boxes(geometry)
+    low, high, middle = triangle_boxes(geometry)
     counts = np.diff(geometry.node_starts)
     per_cluster = max(TRIANGLES_PER_CLUSTER, triangle_count / max(most - len(counts), most // 2))
     order, starts = np.arange(triangle_count), []
@@ -44,7 +44,7 @@ def cluster_boxes(geometry: Geometry, most: int = MOST_CLUSTERS) -> npt.NDArray[
     return np.stack([low, high], axis=1)
 
 
-def _triangle_boxes(geometry: Geometry) -> tuple[Floats, Floats, Floats]:
+def triangle_boxes(geometry: Geometry) -> tuple[Floats, Floats, Floats]:
     """Low corners, high corners and centres of all triangles, (3, t) float32 each: rows x, y, z."""
     low, high, middle = (np.empty((3, len(geometry.triangles)), np.float32) for _ in range(3))
     for start in range(0, len(geometry.triangles), _CHUNK):

@@ -60,6 +60,20 @@ class Geometry:
         """Length of the bounding box's diagonal, metres; 0 without vertices."""
         return float(np.linalg.norm(self.bounds[1] - self.bounds[0]))
 
+    @cached_property
+    def middle(self) -> npt.NDArray[np.float64]:
+        """(3,): the middle of the bounding box, so coarsely rounded that it is exact to subtract for almost every vertex.
+
+        A scene about the origin has its middle there.
+        """
+        grid = 2.0 ** np.ceil(np.log2(max(self.diagonal, 1e-30)))
+        return np.round(self.bounds.mean(axis=0) / grid) * grid
+
+    @property
+    def extent(self) -> float:
+        """Largest coordinate of any vertex, in metres from `middle`."""
+        return float(np.abs(self.bounds - self.middle).max())
+
 
 def flatten(scene: Scene) -> Geometry:
     """All nodes of `scene` in world space. Raises SceneError where a transform or its result is not finite."""

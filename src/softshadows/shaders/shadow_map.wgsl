@@ -1,23 +1,11 @@
 // "Is light sample s visible from p?", answered by shadow maps: bind group 2 of every pass that looks into them.
 
-//#include "light_space.wgsl"
+//#include "light_samples.wgsl"
 //#struct Chunk
 
-@group(2) @binding(0) var<uniform> light: ShadowLight;
-@group(2) @binding(1) var<storage, read> light_samples: array<vec4f>;        // x, y in light space, weight, 0
 @group(2) @binding(2) var<storage, read> shadow_views: array<ShadowView>;    // FACES per sample
 @group(2) @binding(3) var shadow_atlas: texture_depth_2d;                    // closeness, 0 = nothing
 @group(2) @binding(4) var<uniform> chunk: Chunk;                             // the samples whose maps the atlas holds
-
-// A receiver's point and geometric normal in light space.
-struct LightReceiver {
-    point: vec3f,
-    normal: vec3f,
-};
-
-fn light_receiver(position_ws: vec3f, normal_ws: vec3f) -> LightReceiver {
-    return LightReceiver(to_light_space(light, position_ws - light.center_ws), to_light_space(light, normal_ws));
-}
 
 // The view of the light's only sample that holds an atlas texel, as (origin, end); empty outside all of them.
 fn view_around(texel: vec2u) -> vec4u {

@@ -41,10 +41,9 @@ class Occluders:
     def __init__(self, geometry: Geometry) -> None:
         self.geometry = geometry
         self.diagonal = geometry.diagonal
-        self.center = _middle(geometry)
+        self.center = geometry.middle
         local = (geometry.positions - self.center).astype(np.float32)
-        self.extent = float(np.abs(local).max(initial=0.0))
-        """Largest coordinate of any vertex, in metres from `center`."""
+        self.extent = geometry.extent
         self._opaque = _embree_scene(local, geometry.triangles[: geometry.opaque_count])
         self._masked = _embree_scene(local, geometry.triangles[geometry.opaque_count :])
 
@@ -138,19 +137,6 @@ def _points(values: npt.NDArray[Any], name: str) -> npt.NDArray[Any]:
     if values.shape[-1:] != (3,) or not np.isfinite(values).all():
         raise OptionError(f"{name} must be finite points of shape (..., 3), got shape {values.shape}")
     return values
-
-
-def _middle(geometry: Geometry) -> Array:
-    """The middle of the bounding box, rounded so coarsely that subtracting it is exact for almost every vertex.
-
-    A scene about the origin is not moved at all.
-    """
-    if not len(geometry.positions):
-        return np.zeros(3)
-    low = geometry.positions.min(axis=0).astype(np.float64)
-    high = geometry.positions.max(axis=0).astype(np.float64)
-    grid = 2.0 ** np.ceil(np.log2(max(geometry.diagonal, 1e-30)))
-    return np.round((low + high) / 2.0 / grid) * grid
 
 
 def _embree_scene(positions: Floats, triangles: npt.NDArray[np.uint32]) -> Any:

@@ -1,16 +1,21 @@
-// Given segments: is each of them blocked?
+// Given packets of four segments: which of them are blocked?
 
 //#include "occluded.wgsl"
 
-@group(0) @binding(0) var<storage, read> segments: array<vec4f>;        // origin and until, then ray and 0
-@group(0) @binding(1) var<storage, read_write> blocked: array<u32>;
+@group(0) @binding(0) var<storage, read> packets: array<vec4f>;         // by packet: origin, x, y, z, until
+@group(0) @binding(1) var<storage, read_write> blocked: array<u32>;     // by packet: a bit for each segment, and one for failure
 
-@compute @workgroup_size(64)
+const INVOCATIONS = 64u;
+const CUT_SHORT = 16u;
+
+@compute @workgroup_size(INVOCATIONS)
 fn cs_cast(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = id.y * groups.x * 64u + id.x;
-    if 2u * index >= arrayLength(&segments) {
+    let index = id.y * groups.x * INVOCATIONS + id.x;
+    if index >= arrayLength(&blocked) {
         return;
     }
-    let start = segments[2u * index];
-    blocked[index] = select(0u, 1u, is_blocked(Segment(start.xyz, segments[2u * index + 1u].xyz, start.w)));
+    let at = 5u * index;
+    let is_open = open_segments(Packet(packets[at].xyz, packets[at + 1u], packets[at + 2u], packets[at + 3u], packets[at + 4u]));
+    let bits = dot(select(vec4u(1u, 2u, 4u, 8u), vec4u(0u), is_open), vec4u(1u));
+    blocked[index] = bits | select(0u, CUT_SHORT, was_cut_short);
 }

@@ -2,7 +2,7 @@
 // node's box from the few pyramid boxes that its triangles fill.
 
 //#include "scene.wgsl"
-//#include "node.wgsl"
+//#include "tree_node.wgsl"
 
 @group(0) @binding(0) var<uniform> tree: TreeGrid;
 @group(0) @binding(1) var<storage, read> order: array<u32>;                    // the triangle at every place

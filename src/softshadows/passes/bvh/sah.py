@@ -16,9 +16,9 @@ Integers = npt.NDArray[np.int64]
 
 BINS = 16
 LARGEST_LEAF = 8
-"""Triangles: as many as a leaf's link can count (tree.wgsl), and more than the heuristic ever wants."""
-NODE_COST = 1.0
-"""What visiting a node costs, over testing a triangle."""
+"""Triangles: as many as a leaf's link can count (tree_node.wgsl), and more than the heuristic ever wants."""
+NODE_COST = 0.5
+"""What visiting a node costs, over testing a triangle. Between 0.25 and 2 the choice moves the rays' speed by 5 %."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +64,7 @@ def shape_by_area(low: Floats, high: Floats) -> Shape:
     return _in_preorder(levels, order)
 
 
-def _splits(
-    low: Floats, high: Floats, middle: Floats, order: Integers, first: Integers, end: Integers
-) -> Integers:
+def _splits(low: Floats, high: Floats, middle: Floats, order: Integers, first: Integers, end: Integers) -> Integers:
     """Where each node's triangles are cut in two, or its `first` for a leaf. Sorts `order` so that they can be."""
     split = first.copy()
     large = np.flatnonzero(end - first > 1)

@@ -55,7 +55,9 @@ from typing import ClassVar
 import numpy as np
 import wgpu
 
+from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
+from softshadows.passes.bvh.bvh import CUT_SHORT
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
@@ -65,8 +67,9 @@ from softshadows.techniques.adaptive.sampling import (
     AdaptiveSampling,
     SamplingOptions,
     plan_batches,
+    plan_rays,
 )
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import VISIBILITIES, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 
 
@@ -88,6 +91,11 @@ class Adaptive(Technique):
     )
     threshold: int = option(
         default=0, help="texels of the comparison that may fail before a cell is refined", low=0, high=1 << 24
+    )
+    visibility: str = option(
+        default="map",
+        help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
+        choices=VISIBILITIES,
     )
     max_maps: int = option(
         default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
@@ -114,6 +122,14 @@ class Adaptive(Technique):
     memory_budget: int = option(
         default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
     )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.visibility != "map" and (self.pcf or self.filter != "none"):
+            raise OptionError(
+                f"adaptive: pcf and filter look into shadow maps, which visibility={self.visibility!r} does not leave to "
+                "filter. Use visibility='map', or neither of them."
+            )
 
     def build(self, context: RenderContext) -> TechniquePass:
         return AdaptivePass(context, self)
@@ -166,10 +182,14 @@ class AdaptivePass(TechniquePass):
             pcf=technique.pcf,
             filters_cells=technique.filter == "cell",
             bias_scale=technique.bias_scale,
+            visibility=technique.visibility,
         )
-        plan, batches = plan_batches(
-            context.gpu, lattice, size, technique.resolution, technique.memory_budget, holds_all=options.is_filtered
-        )
+        if technique.visibility == "ray":
+            plan, batches = plan_rays(context.gpu, lattice, size)
+        else:
+            plan, batches = plan_batches(
+                context.gpu, lattice, size, technique.resolution, technique.memory_budget, holds_all=options.is_filtered
+            )
         return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
 
     def encode(self, commands: Commands) -> None:
@@ -182,13 +202,15 @@ class AdaptivePass(TechniquePass):
         return {"report": (self._report, "<u4", (REPORT_WORDS,))}
 
     def take_results(self, results: Mapping[str, np.ndarray]) -> None:
-        maps, capped, low, high, refused = (int(word) for word in results["report"])
+        maps, capped, low, high, refused, cut_short = (int(word) for word in results["report"])
         width, height = self._context.gbuffer.size
-        self.shadow_maps = maps
+        self.shadow_maps = 0 if self._technique.visibility == "ray" else maps
         self.lookups_per_pixel = (low + (high << 32)) / (width * height)
         self.warnings = []
         if refused:
             self.warnings.append(f"adaptive: {refused} levels of the light were left out, since max_maps is reached")
+        if cut_short:
+            self.warnings.append(CUT_SHORT)
         if capped:
             self.warnings.append(
                 f"adaptive: max_depth={self._technique.max_depth} leaves bands in {capped} of "

@@ -5,6 +5,7 @@
       list.wgsl    the samples that some tile requests, and their share of the atlas
       fit.wgsl     their maps' windows, around the receivers in the tiles that request them
       lookup.wgsl  each map looked up once per pixel, and remembered as a bit (batch by batch, after its draw)
+      trace.wgsl   or rays traced, where there are no maps or they are not certain
       compare.wgsl the paper's test of neighbouring maps, in the camera's image
       refine.wgsl  cells that failed are refined, and request the next level's samples
     average.wgsl   the bits, weighted, are the visibility; or
@@ -24,10 +25,11 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.commands import Commands
+from softshadows.gpu.commands import SUBMIT_MS, Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
+from softshadows.passes.bvh.bvh import TREE_STRUCTS, tree_of
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import (
     BOX_EDGE,
@@ -38,6 +40,7 @@ from softshadows.passes.shadow_atlas.shadow_atlas import (
     ReceiverBox,
     SampledLight,
     ShadowAtlas,
+    plan_without_maps,
     tile_size,
 )
 from softshadows.scene.lights import Light
@@ -57,20 +60,21 @@ BATCHES = (1, 2, 4, 8, 16)
 FINENESS = (1.0, 1.0, 0.85, 0.7, 0.5)
 """By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
-REPORT_WORDS = 5
+REPORT_WORDS = 6
 REFINE_INVOCATIONS = 64
 KERNEL_BUFFERS = {
     "begin": "requests refined active_tiles control",
     "list": "control report dispatches",
     "fit": "requests control",
     "lookup": "requests masks active_tiles control",
+    "trace": "requests masks active_tiles control report",
     "compare": "requests refined failures masks active_tiles control report counts",
     "refine": "requests refined failures active_tiles control counts",
     "average": "requests refined masks control report",
     "filter": "requests refined masks control report",
 }
 """By kernel: those of the sampling's buffers that it uses, all in bind group 3."""
-STEPPED_KERNELS = ("list", "fit", "lookup", "compare", "refine")
+STEPPED_KERNELS = ("list", "fit", "lookup", "trace", "compare", "refine")
 CHANGING, FILTERED = 10, 11  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl writes
 Changing = dict[int, wgpu.GPUBindGroup]
 """A bind group that changes from dispatch to dispatch, by its number."""
@@ -119,7 +123,20 @@ class Levels(Struct):
     end: U32
 
 
-STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS)
+STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)
+
+
+RAYS_PER_BATCH = (16, 64)
+"""Of a pixel: at least, since most tiles ask for few; at most, since software drivers bound the rounds of an invocation's
+loops (65 535 of llvmpipe's, of which 64 rays rarely take 2 000)."""
+
+
+def plan_rays(gpu: Gpu, lattice: Lattice, size: tuple[int, int]) -> tuple[AtlasPlan, list[int]]:
+    """No maps, and by level the number of dispatches that its rays are cut into."""
+    counts = [lattice.count(level) for level in range(lattice.depth + 1)]
+    per_batch = int(np.clip(SUBMIT_MS * gpu.rays_per_ms / (size[0] * size[1]), *RAYS_PER_BATCH))
+    batches = [-(-count // per_batch) for count in counts]
+    return plan_without_maps(lattice.rows * lattice.columns), batches
 
 
 def plan_batches(
@@ -171,6 +188,7 @@ class SamplingOptions:
     pcf: int
     filters_cells: bool
     bias_scale: float
+    visibility: str
 
     @property
     def is_filtered(self) -> bool:
@@ -192,6 +210,9 @@ class AdaptiveSampling:
     ) -> None:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
+        self._uses_maps, self._tree = options.visibility != "ray", None
+        if options.visibility != "map":
+            self._tree = tree_of(context.scene)
         self._atlas = ShadowAtlas(
             context.gpu, context.scene, context.gbuffer, plan, bias_scale=options.bias_scale, keeps_maps=True
         )
@@ -260,8 +281,14 @@ class AdaptiveSampling:
         position, normal = gbuffer.position.create_view(), gbuffer.normal.create_view()
         receivers = _numbered(gbuffer.uniforms, position, normal)
 
-        def kernel(name: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
-            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", STRUCTS, groups, constants)
+        def kernel(
+            name: str,
+            groups: Mapping[int, Mapping[int, Resource]],
+            stand_ins: Mapping[str, str] | None = None,
+            **constants: float,
+        ) -> Kernel:
+            file = _HERE / f"{name}.wgsl"
+            return Kernel(self._context.gpu, file, f"cs_{name}", STRUCTS, groups, constants, stand_ins)
 
         maps = _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)
         windows = _numbered(
@@ -272,10 +299,16 @@ class AdaptiveSampling:
             "begin": kernel("begin", {0: receivers, 2: _numbered(atlas.light, atlas.boxes)}),
             "list": kernel("list", {}),
             "fit": kernel("fit", {0: windows}),
-            "lookup": kernel("lookup", {0: receivers, 2: maps}),
             "compare": kernel("compare", {0: _numbered(gbuffer.uniforms, position)}),
             "refine": kernel("refine", {}),
         }
+        if self._tree is None:
+            kernels["lookup"] = kernel("lookup", {0: receivers, 2: maps})
+        else:
+            known = {} if self._uses_maps else {"known_by_map.wgsl": "known_by_nothing.wgsl"}
+            lights = maps if self._uses_maps else _numbered(atlas.light, atlas.samples)
+            groups = {0: receivers, 1: self._tree.resources, 2: lights}
+            kernels["trace"] = kernel("trace", groups, {**known, **self._tree.stand_ins})
         if self._options.is_filtered:
             constants = {"paper_weights": weights, "pcf_texels": self._options.pcf}
             kernels["filter"] = kernel("filter", {0: receivers, 2: maps}, **constants)
@@ -309,7 +342,12 @@ class AdaptiveSampling:
                 fineness=FINENESS[level],
             )
             uniforms = [self._uniform(replace(first, first_rank=batch * per_batch)) for batch in range(batches)]
-            steps.append([{name: self._bind(name, uniform) for name in STEPPED_KERNELS} for uniform in uniforms])
+            steps.append(
+                [
+                    {name: self._bind(name, uniform) for name in STEPPED_KERNELS if name in self._kernels}
+                    for uniform in uniforms
+                ]
+            )
         return steps
 
     def _make_sums(self) -> list[Changing]:
@@ -329,6 +367,8 @@ class AdaptiveSampling:
 
     def encode(self, commands: Commands, index: int) -> None:
         """Find light `index`'s visibility."""
+        if self._tree is not None:
+            self._tree.encode(commands)
         commands.encoder.clear_buffer(self._buffers["control"])
         commands.encoder.clear_buffer(self._buffers["failures"])
         commands.encoder.clear_buffer(self._buffers["counts"])
@@ -350,16 +390,19 @@ class AdaptiveSampling:
     def _encode_level(self, commands: Commands, level: int) -> None:
         kernels, dispatches, steps = self._kernels, self._buffers["dispatches"], self._steps[level]
         tiles, samples = 32 * level, 32 * level + 16  # offsets of the level's indirect dispatches
-        with commands.compute("fit") as compute:
+        with commands.compute("fit" if self._uses_maps else "trace") as compute:
             kernels["list"].begin(compute, steps[0]["list"])
             compute.dispatch_workgroups(1)
-            kernels["fit"].begin(compute, steps[0]["fit"])
-            compute.dispatch_workgroups_indirect(dispatches, samples)
+            if self._uses_maps:
+                kernels["fit"].begin(compute, steps[0]["fit"])
+                compute.dispatch_workgroups_indirect(dispatches, samples)
+        asks = "lookup" if self._tree is None else "trace"
         for batch, step in enumerate(steps):
             chunk = sum(self._batches[:level]) + batch
-            self._atlas.encode_draw(commands.encoder, commands.timer, chunk, clears_atlas=False, clears_views=True)
-            with commands.compute("lookup") as compute:
-                kernels["lookup"].begin(compute, step["lookup"])
+            if self._uses_maps:
+                self._atlas.encode_draw(commands.encoder, commands.timer, chunk, clears_atlas=False, clears_views=True)
+            with commands.compute(asks) as compute:
+                kernels[asks].begin(compute, step[asks])
                 compute.dispatch_workgroups_indirect(dispatches, tiles)
             commands.account(self._batch_ms(level))
         if self._lattice.dimensions == 0:
@@ -375,9 +418,9 @@ class AdaptiveSampling:
         """What one of the level's batches takes at most."""
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
         samples = self._lattice.count(level) / self._batches[level]
-        return samples * (
-            self._context.scene.triangle_count / gpu.triangles_per_ms + width * height / gpu.lookups_per_ms
-        )
+        draws = self._context.scene.triangle_count / gpu.triangles_per_ms if self._uses_maps else 0.0
+        asks = width * height / (gpu.lookups_per_ms if self._tree is None else gpu.rays_per_ms)
+        return samples * (draws + asks)
 
 
 CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 2

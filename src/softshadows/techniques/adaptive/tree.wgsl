@@ -26,6 +26,7 @@ const CAPPED_TILES = 1u;  // where the deepest level fails too
 const LOOKUPS_LOW = 2u;   // of all pixels, 64 bits
 const LOOKUPS_HIGH = 3u;
 const REFUSED_LEVELS = 4u;
+const CUT_SHORT = 5u;       // a ray ended before its end
 
 @group(3) @binding(0) var<uniform> shape: TreeShape;
 

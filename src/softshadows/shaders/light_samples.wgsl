@@ -1,0 +1,16 @@
+// A light and the points on it that stand for it: bindings 0 and 1 of bind group 2.
+
+//#include "light_space.wgsl"
+
+@group(2) @binding(0) var<uniform> light: ShadowLight;
+@group(2) @binding(1) var<storage, read> light_samples: array<vec4f>;        // x, y in light space, weight, 0
+
+// A receiver's point and geometric normal in light space.
+struct LightReceiver {
+    point: vec3f,
+    normal: vec3f,
+};
+
+fn light_receiver(position_ws: vec3f, normal_ws: vec3f) -> LightReceiver {
+    return LightReceiver(to_light_space(light, position_ws - light.center_ws), to_light_space(light, normal_ws));
+}
