@@ -3,8 +3,8 @@
     //#include "shadow_map.wgsl"     that file once, looked for beside the including file, then in shaders/
     //#struct Light                  the WGSL declaration of the Python struct of that name, once
 
-Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions: how one
-shader is built for maps, for rays or for both.
+Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
+how one shader is built for maps, for rays or for both.
 """
 
 from __future__ import annotations

@@ -62,7 +62,8 @@ class Geometry:
 
     @cached_property
     def middle(self) -> npt.NDArray[np.float64]:
-        """(3,): the middle of the bounding box, so coarsely rounded that it is exact to subtract for almost every vertex.
+        """(3,): the middle of the bounding box, so coarsely rounded that it is exact to subtract for almost every
+        vertex.
 
         A scene about the origin has its middle there.
         """

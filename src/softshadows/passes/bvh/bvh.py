@@ -5,8 +5,8 @@
     tree_node.wgsl     what a node is
     occluded.wgsl      the walk
 
-Nothing here waits for the GPU: the CPU knows the counts, and a frame encodes what has changed. Boxes lie on a grid of 2¹⁶
-cells over the scene and are rounded outwards, which makes a node 16 bytes.
+Nothing here waits for the GPU: the CPU knows the counts, and a frame encodes what has changed. Boxes lie on a grid of
+2¹⁶ cells over the scene and are rounded outwards, which makes a node 16 bytes.
 """
 
 from __future__ import annotations
@@ -44,14 +44,15 @@ LEAF = 0x80000000
 LEAF_COUNT_SHIFT = 28
 TRIANGLE_BYTES = 48
 CUT_SHORT = (
-    "rays: the device ended some walks through the scene's tree before their end, so that light may show where there is "
-    "shadow. Render fewer samples, or use visibility='map'."
+    "rays: the device ended some walks through the scene's tree before their end, so that light may show where there "
+    "is shadow. Render fewer samples, or use visibility='map'."
 )
 """A frame's warning: software drivers bound the rounds of a shader's loops."""
 
 
 class TreeGrid(Struct):
-    """The grid that a tree's boxes lie on, its counts, and how far the scene reaches from its middle (occluded.wgsl)."""
+    """The grid that a tree's boxes lie on, its counts, and how far the scene reaches from its middle
+    (occluded.wgsl)."""
 
     low_ws: Vec3f
     triangle_count: U32
@@ -65,7 +66,8 @@ TREE_STRUCTS = (TreeGrid, *SCENE_STRUCTS)
 
 
 class Bvh:
-    """The tree of one SceneBuffers. `encode` brings it up to date; `resources` are for bind group 1 of those who walk it.
+    """The tree of one SceneBuffers. `encode` brings it up to date; `resources` are for bind group 1 of those who walk
+    it.
 
     Raises DeviceError where the adapter cannot bind the scene's triangles at once.
     """

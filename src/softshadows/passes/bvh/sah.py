@@ -1,7 +1,7 @@
 """The shape of a tree of boxes over triangles, chosen on the CPU by the surface-area heuristic.
 
-Binned (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007), level by level: all nodes of a level
-are split at once by array operations, so that no step runs once per triangle or per node.
+Binned (Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007), level by level: all nodes of a
+level are split at once by array operations, so that no step runs once per triangle or per node.
 """
 
 from __future__ import annotations
@@ -23,10 +23,11 @@ NODE_COST = 0.5
 
 @dataclass(frozen=True, eq=False)
 class Shape:
-    """A tree without bounds, nodes in preorder: a node's first child follows it, its second one follows the first's tree.
+    """A tree without bounds, nodes in preorder: a node's first child follows it, its second one follows the first's
+    tree.
 
-    order (t,): the triangles, leaf by leaf; first, end (n,): a node's triangles are order[first:end]; skip (n,): the node
-    that follows its tree; is_leaf (n,) bool. All whole numbers int64.
+    order (t,): the triangles, leaf by leaf; first, end (n,): a node's triangles are order[first:end]; skip (n,): the
+    node that follows its tree; is_leaf (n,) bool. All whole numbers int64.
     """
 
     order: Integers

@@ -127,8 +127,8 @@ class Adaptive(Technique):
         super().__post_init__()
         if self.visibility != "map" and (self.pcf or self.filter != "none"):
             raise OptionError(
-                f"adaptive: pcf and filter look into shadow maps, which visibility={self.visibility!r} does not leave to "
-                "filter. Use visibility='map', or neither of them."
+                f"adaptive: pcf and filter look into shadow maps, and visibility={self.visibility!r} asks rays. "
+                "Use visibility='map', or neither of them."
             )
 
     def build(self, context: RenderContext) -> TechniquePass:

@@ -127,8 +127,8 @@ STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk,
 
 
 RAYS_PER_BATCH = (16, 64)
-"""Of a pixel: at least, since most tiles ask for few; at most, since software drivers bound the rounds of an invocation's
-loops (65 535 of llvmpipe's, of which 64 rays rarely take 2 000)."""
+"""Of a pixel: at least, since most tiles ask for few; at most, since software drivers bound the rounds of an
+invocation's loops (65 535 of llvmpipe's, of which 64 rays rarely take 2 000)."""
 
 
 def plan_rays(gpu: Gpu, lattice: Lattice, size: tuple[int, int]) -> tuple[AtlasPlan, list[int]]:
