@@ -34,9 +34,11 @@ def _entry(script: Path) -> list[str]:
     title, _, about = (ast.get_docstring(ast.parse(source)) or "").partition("\n")
     picture = next((ROOT / "docs" / PICTURES).glob(f"{script.stem}.*"))
     code = source.partition('"""\n')[2].lstrip()
+    read = [file for file in sorted(EXAMPLES.glob("*.toml")) if file.name in source]
     return [
         f"## {title.rstrip('.')}",
         *([prose(about)] if about.strip() else []),
         f"![{title}]({PICTURES}/{picture.name})",
         f'```python title="examples/{script.name}"\n{code}```',
+        *(f'```toml title="examples/{file.name}"\n{file.read_text(encoding="utf-8")}```' for file in read),
     ]
