@@ -8,7 +8,7 @@
   const MOST_ZOOM = 64; // picture pixels fill so many times the space that they fill in the whole picture
   const KEY_STEP = 0.1; // of what is in view, per arrow key
   const DIVIDER_REACH = 12; // CSS pixels around the divider in which it is grabbed
-  const LAYER_NAMES = { picture: "picture", visibility: "visibility", error: "error" };
+  const STEPS_OF_TEN = 20; // of the amplification's range, from 1 to 1000
 
   const state = {
     picture: 0, light: 0, mode: "side", layer: "visibility", left: 0, right: TRUTH,
@@ -95,14 +95,14 @@
     ]);
     const ramp = (colour) => Uint32Array.from({ length: 256 }, (_, strength) =>
       word(...colour.map((full) => Math.round(255 - (strength / 255) * (255 - full)))));
-    const [light_, dark] = [ramp(report.colours.tooLight), ramp(report.colours.tooDark)];
+    const [tooLight, tooDark] = [ramp(report.colours.tooLight), ramp(report.colours.tooDark)];
     const outside = word(...report.colours.outside);
     return newImage(picture, (words) => {
       for (let i = 0; i < words.length; i++) {
         const counts = bits[i >> 3] & (128 >> (i & 7));
         const error = values[i] - truth[i];
         const strength = Math.min(255, Math.round((255 * gain * Math.abs(error)) / report.full));
-        words[i] = !counts ? outside : (error > 0 ? light_ : dark)[strength];
+        words[i] = !counts ? outside : (error > 0 ? tooLight : tooDark)[strength];
       }
     });
   }
@@ -132,8 +132,8 @@
       canvas.style.aspectRatio = `${width} / ${height}`;
       if (sources.length > 1) canvas.style.maxWidth = `calc(80vh * ${width / height})`; // all of it fits the window
       caption.textContent = sources.length > 1
-        ? `${LAYER_NAMES[layer]}: ${labelOf(sources[0])} on the left, ${labelOf(sources[1])} on the right`
-        : `${labelOf(sources[0])}: ${LAYER_NAMES[layer]}`;
+        ? `${layer}: ${labelOf(sources[0])} on the left, ${labelOf(sources[1])} on the right`
+        : `${labelOf(sources[0])}: ${layer}`;
       canvas.setAttribute("role", "img");
       canvas.setAttribute("aria-label", `${caption.textContent}; ${shot().name}, ${shot().lights[state.light].name}`);
       figure.append(canvas, caption);
@@ -336,8 +336,7 @@
   }
 
   function showGain() {
-    // 60 steps of a tenth of a power of ten's third: 1 to 1000
-    state.gain = 10 ** (at("gain").value / 20);
+    state.gain = 10 ** (at("gain").value / STEPS_OF_TEN);
     at("gain-text").textContent = state.gain.toPrecision(state.gain < 100 ? 2 : 3);
     at("gain").setAttribute("aria-valuetext", `times ${at("gain-text").textContent}, full colour at an error of ${(1 / state.gain).toPrecision(2)}`);
   }
