@@ -268,16 +268,18 @@ def test_tables_2_and_3_in_reads() -> None:
 # -- Two layers of the map ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("bar_height", [0.95, 1.5, 1.9])
-def test_an_internal_edge_leaves_the_outlines_kernel_alone(bar_height: float) -> None:
-    """[Evans2014 §5] A slab 0.2 m over the floor whose edge is in no band, a bar above with its edge beside the slab's.
+@pytest.mark.parametrize("bar_height", [1.4, 1.5, 1.9])
+@pytest.mark.parametrize("bar_edge", [0.2935, 0.295])
+def test_an_internal_edge_leaves_the_outlines_kernel_alone(bar_height: float, bar_edge: float) -> None:
+    """[Evans2014 §5] A slab 0.2 m over the floor whose edge is in no band, a bar above with its edge one to two texels
+    from the slab's: another texel, yet near enough for every band's dilation but the weakest one's.
 
     The bar is wholly before the slab, so the floor's shadow is the slab's. One layer takes the bar's edge for the
     floor's and softens it; two give what the slab gives alone, bit for bit.
     """
     post = stage.box((0.55, 0.0, 0.15), (0.6, 2.0, 0.2))
     slab = stage.card(-9.0, 0.3, -9.0, 9.0, 0.2)
-    bar = stage.card(-9.0, 0.298, -9.0, 9.0, bar_height)
+    bar = stage.card(-9.0, bar_edge, -9.0, 9.0, bar_height)
     camera = ss.Camera((0.3, 0.18, 0.0), (0.3, 0.0, 0.0), 118.0, up=(0.0, 0.0, -1.0))
 
     def row(nodes: list[ss.Node], layers: int) -> np.ndarray:

@@ -3,7 +3,8 @@
 Where no edge is near, a pixel costs one read of the mask and one of the map. `kernels="bands"` is the paper: edges are
 sorted by strength into three bands with kernels of fixed size. `kernels="from_light"` keeps the idea and replaces the
 bands: each edge tells the pixels that its penumbra reaches how near the occluder is, and width follows from that and
-the light's size.
+the light's size. `layers=2` knows of each texel whether something lies behind its nearest surface, and lets a pixel's
+kernel follow only the edges that bound the shadow on it.
 
 Paper
     [Evans2014]      Evans, Agenjo, Blat, "Variable Penumbra Soft Shadows for Mobile Devices", GRAPP 2014.
@@ -14,6 +15,7 @@ Section map
     [Evans2014 Eq. 2]   nine taps find an edge                  -> bands.wgsl edge_strength()
     [Evans2014 §4.3]    the mask: dilated edges, PCF inside     -> bands.wgsl dilate(), masked_shadow()
     [Evans2014 §4.4]    bands of strength, a kernel for each    -> bands.wgsl band_of(), kernel_of()
+    [Evans2014 §5]      Z-peeling, the paper's future work      -> edges.wgsl layer_of(); last_layer.py
     [Fernando2005 §penumbra estimation]  width from the light   -> light_filter.wgsl penumbra_half_extent()
 
 Departures from the paper
@@ -27,6 +29,9 @@ Departures from the paper
       EDGE_NOISE instead of 0.
     - Taps compare with the receiver's plane, and hard pixels are those of `hard` (docs/decisions/0002-bias.md).
     - `self_shadowing` is on. Off as in the paper, closed solids cast and do not receive.
+    - Of the surfaces that Z-peeling would find, `layers=2` keeps the nearest and the last: an edge before the last
+      surface concerns pixels on it, any other edge those before it. Internal edges then leave the floor's kernels
+      alone; rmse of `from_light` falls by a tenth in `figures` and `leaves`, by 4 % in `sphere_cube`.
     - `from_light` is no part of the paper: figures in docs/decisions/0014-variable-penumbra.md.
 
 Use when
@@ -34,16 +39,16 @@ Use when
     the right width (`from_light`).
 Fails when
     the paper's kernels meet any light: widths are texels of the map, at most three of them, jump between bands and
-    ignore the light's size (scene `blocker`). An edge within the model's outline, or a coarse map, puts a wrong kernel
-    in patches. `from_light` mixes occluders at different heights into one (scene `sphere_cube`: light leaks into
-    umbrae), knows only what the light's centre sees (scene `fence`), and shades creases where a cone or a wheel meets
-    the floor (scene `figures`).
+    ignore the light's size (scene `blocker`). An edge within the model's outline puts a wrong kernel in patches, unless
+    `layers=2`; so does a coarse map. `from_light` mixes occluders at different heights into one (scene `sphere_cube`:
+    light leaks into umbrae), knows only what the light's centre sees (scene `fence`), and shades creases where a cone
+    or a wheel meets the floor (scene `figures`).
 Inputs
     any light; bands take it as its centre, `from_light` filters nothing under a light without size.
 Cost
-    one shadow map, two passes over its texels with six (filter 4) or ten (filter 8) reads in all, then two reads per
-    pixel (five `from_light`), and near edges as many more as the kernel has taps. `frame.stats.lookups_per_pixel` is
-    counted on the GPU: the mean over the pixels that look into the map.
+    one shadow map, drawn twice with `layers=2`, two passes over its texels with six (filter 4) or ten (filter 8) reads
+    in all, then two reads per pixel (five `from_light`), and near edges as many more as the kernel has taps.
+    `frame.stats.lookups_per_pixel` is counted on the GPU: the mean over the pixels that look into the map.
 """
 
 from __future__ import annotations
