@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from softshadows.errors import OptionError
-from softshadows.report.charts import Mark, Series, chart
+from softshadows.report.charts import COLOURS, Mark, Series, chart
 from softshadows.report.compare import file_stem
 from softshadows.report.suites import SUITES, describe
 
@@ -18,8 +18,8 @@ IMAGES = Path("images", "benchmarks")
 """Where the charts are, seen from the page."""
 PEERS = "peers"
 MEBIBYTE = 2**20
-MOST_SERIES = 10
-"""Colours that a chart tells apart."""
+MOST_SERIES = len(COLOURS)
+"""More cannot be told apart."""
 LEAST_RMSE = 1e-4
 """Drawn there if it is less: the scale is logarithmic."""
 

@@ -17,8 +17,21 @@ LEFT, RIGHT, TOP, BOTTOM = 68, 20, 16, 46
 """Margins around the axes."""
 CHARACTER, LINE, KEY = 7.0, 18.0, 22.0
 """About the width of a letter, the height of a line of the legend, and what its mark takes."""
-COLOURS = ("#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#999999", "#dd8833", "#44aa99", "#7766cc")
-"""Paul Tol's bright scheme, which colour-blind readers can tell apart, and three more."""
+COLOURS = (
+    "#4477aa",
+    "#ee6677",
+    "#228833",
+    "#ccbb44",
+    "#66ccee",
+    "#aa3377",
+    "#999999",
+    "#dd8833",
+    "#44aa99",
+    "#7766cc",
+    "#885522",
+    "#222288",
+)
+"""Paul Tol's bright scheme, which colour-blind readers can tell apart, and five more."""
 STYLE = (
     "text{font:12px system-ui,sans-serif;fill:#888}line{stroke:#8886;stroke-width:1}polyline{fill:none;stroke-width:2}"
 )
@@ -58,16 +71,20 @@ def _grid(x_axis: Axis, y_axis: Axis, across: str, up: str) -> str:
     for value in x_axis.ticks():
         x = x_axis.at(value)
         parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 18}" text-anchor="middle">{value:g}</text>')
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 18}" text-anchor="middle">{_number(value)}</text>')
     for value in y_axis.ticks():
         y = y_axis.at(value)
         parts.append(f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
+        parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{_number(value)}</text>')
     middle = (TOP + HEIGHT - BOTTOM) / 2
     centre = (LEFT + WIDTH - RIGHT) / 2
     parts.append(f'<text x="{centre:g}" y="{HEIGHT - 8}" text-anchor="middle">{escape(across)}</text>')
     parts.append(f'<text transform="translate(14 {middle:g}) rotate(-90)" text-anchor="middle">{escape(up)}</text>')
     return "".join(parts)
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if value >= 1000.0 else f"{value:g}"
 
 
 def _series(points: Sequence[Mark], colour: str, x_axis: Axis, y_axis: Axis, joined: bool) -> str:
