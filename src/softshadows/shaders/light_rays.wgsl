@@ -6,6 +6,11 @@
 
 const OFFSET = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate: a start that no triangle blocks by rounding
 
+// What is known of a sample without a ray.
+const HIDDEN = 0u;
+const LIT = 1u;
+const UNKNOWN = 2u;
+
 // A receiver as the light's points see it.
 struct RayStart {
     origin_ws: vec3f,

@@ -1,11 +1,9 @@
 // "Is light sample s visible from p?", answered by shadow maps: bind group 2 of every pass that looks into them.
 
 //#include "light_samples.wgsl"
-//#struct Chunk
 
 @group(2) @binding(2) var<storage, read> shadow_views: array<ShadowView>;    // FACES per sample
 @group(2) @binding(3) var shadow_atlas: texture_depth_2d;                    // closeness, 0 = nothing
-@group(2) @binding(4) var<uniform> chunk: Chunk;                             // the samples whose maps the atlas holds
 
 // The view of the light's only sample that holds an atlas texel, as (origin, end); empty outside all of them.
 fn view_around(texel: vec2u) -> vec4u {

@@ -14,8 +14,16 @@ import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import shader_module
+from softshadows.gpu.layout import Struct
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk, SampledLight, ShadowAtlas, plan_atlas
+from softshadows.passes.shadow_atlas.shadow_atlas import (
+    SHADOW_STRUCTS,
+    AtlasPlan,
+    Chunk,
+    SampledLight,
+    ShadowAtlas,
+    plan_atlas,
+)
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
@@ -56,6 +64,8 @@ class SampledPass(TechniquePass):
         search_margin: float = 0.0,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
         keeps_maps: bool = False,
+        structs: Sequence[type[Struct]] = (),
+        stand_ins: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__()
         self._context, self._samples_of, self._lookups = context, samples_of, lookups
@@ -66,7 +76,7 @@ class SampledPass(TechniquePass):
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
-        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS))
+        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS, *structs), stand_ins)
         self._constants = dict(constants or {})
         # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage. Its
         # place, bind group 1, is for what a technique has beside.
@@ -104,11 +114,14 @@ class SampledPass(TechniquePass):
         self.lookups_per_pixel = float(sum(self._lookups(count) for count, _ in turns))
         self.bytes = sum(atlas.bytes for atlas in self._atlases.values()) + self._extra_bytes
 
-    def _new_atlas(self, count: int) -> ShadowAtlas:
+    def _plan(self, count: int) -> AtlasPlan:
+        """How the maps of `count` samples are held and cut into chunks."""
         context = self._context
-        plan = plan_atlas(
-            context.gpu, context.scene, context.gbuffer.size, count, self._resolution, self._memory_budget
-        )
+        size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
+        return plan_atlas(context.gpu, context.scene, size, count, resolution, budget)
+
+    def _new_atlas(self, count: int) -> ShadowAtlas:
+        context, plan = self._context, self._plan(count)
         return ShadowAtlas(
             context.gpu,
             context.scene,

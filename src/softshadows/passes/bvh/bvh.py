@@ -19,7 +19,8 @@ import numpy.typing as npt
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.commands import Commands
+from softshadows.gpu.commands import SUBMIT_MS, Commands
+from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
 from softshadows.gpu.upload import SceneBuffers
@@ -48,6 +49,14 @@ CUT_SHORT = (
     "is shadow. Render fewer samples, or use visibility='map'."
 )
 """A frame's warning: software drivers bound the rounds of a shader's loops."""
+RAYS_AT_ONCE = (16, 64)
+"""Of a pixel in one dispatch. At least, since most pixels ask for few; at most, since software drivers bound the rounds
+of an invocation's loops: 65 535 of llvmpipe's, of which 64 rays rarely take 2 000."""
+
+
+def rays_at_once(gpu: Gpu, size: tuple[int, int]) -> int:
+    """How many rays of every pixel fill a submit, within RAYS_AT_ONCE."""
+    return int(np.clip(SUBMIT_MS * gpu.rays_per_ms / (size[0] * size[1]), *RAYS_AT_ONCE))
 
 
 class TreeGrid(Struct):
@@ -133,6 +142,21 @@ class Bvh:
     def stand_ins(self) -> dict[str, str]:
         """For shaders that include occluded.wgsl: without alpha masks, nothing is read to find them."""
         return {} if self.has_cutouts else {"cutouts.wgsl": "no_cutouts.wgsl"}
+
+    def bind(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+        """Bind group 1 of passes that declare their layouts."""
+        layouts, entries = [], []
+        for binding, resource in self.resources.items():
+            layout: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
+            if isinstance(resource, wgpu.GPUBuffer):
+                layout["buffer"] = {"type": "uniform" if resource is self.grid else "read-only-storage"}
+                entries.append({"binding": binding, "resource": {"buffer": resource}})
+            else:
+                layout["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
+                entries.append({"binding": binding, "resource": resource})
+            layouts.append(layout)
+        layout = self._gpu.device.create_bind_group_layout(entries=layouts)
+        return layout, self._gpu.device.create_bind_group(layout=layout, entries=entries)
 
     def encode(self, commands: Commands) -> None:
         """Fit the boxes to where the triangles are now, unless they have not moved since the last time."""

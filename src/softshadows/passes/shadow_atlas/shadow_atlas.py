@@ -183,7 +183,13 @@ def tile_size(gpu: Gpu, size: tuple[int, int], resolution: int | str, memory_bud
 
 
 def plan_atlas(
-    gpu: Gpu, scene: SceneBuffers, size: tuple[int, int], samples: int, resolution: int | str, memory_budget: int
+    gpu: Gpu,
+    scene: SceneBuffers,
+    size: tuple[int, int],
+    samples: int,
+    resolution: int | str,
+    memory_budget: int,
+    most_per_chunk: int | None = None,
 ) -> AtlasPlan:
     """How to hold `samples` maps of `resolution` within `memory_budget` MiB. Raises DeviceError as tile_size."""
     tile = tile_size(gpu, size, resolution, memory_budget)
@@ -192,7 +198,11 @@ def plan_atlas(
     per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
     # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
-    per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, min(per_row * per_row, samples)))
+    per_chunk = int(
+        np.clip(
+            np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, min(per_row * per_row, samples, most_per_chunk or samples)
+        )
+    )
     # A batch is whole chunks; but where the atlas holds all samples, all of them are one batch.
     per_batch = samples if per_row * per_row >= samples else per_row * per_row // per_chunk * per_chunk
     return AtlasPlan(
@@ -207,8 +217,9 @@ def plan_atlas(
     )
 
 
-def plan_without_maps(samples: int) -> AtlasPlan:
+def plan_without_maps(samples: int, samples_per_chunk: int | None = None) -> AtlasPlan:
     """The smallest atlas: for rays, which need the lights and the receivers' boxes alone."""
+    per_chunk = samples_per_chunk or samples
     per_row = int(np.ceil(np.sqrt(samples)))
     return AtlasPlan(
         samples=samples,
@@ -217,8 +228,8 @@ def plan_without_maps(samples: int) -> AtlasPlan:
         tiles_per_row=per_row,
         atlas_size=per_row,
         samples_per_batch=samples,
-        samples_per_chunk=samples,
-        chunks=1,
+        samples_per_chunk=per_chunk,
+        chunks=-(-samples // per_chunk),
     )
 
 

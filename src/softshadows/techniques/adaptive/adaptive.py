@@ -188,7 +188,13 @@ class AdaptivePass(TechniquePass):
             plan, batches = plan_rays(context.gpu, lattice, size)
         else:
             plan, batches = plan_batches(
-                context.gpu, lattice, size, technique.resolution, technique.memory_budget, holds_all=options.is_filtered
+                context.gpu,
+                lattice,
+                size,
+                technique.resolution,
+                technique.memory_budget,
+                holds_all=options.is_filtered,
+                asks_rays=technique.visibility == "hybrid",
             )
         return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
 

@@ -25,11 +25,11 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.commands import SUBMIT_MS, Commands
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
-from softshadows.passes.bvh.bvh import TREE_STRUCTS, tree_of
+from softshadows.passes.bvh.bvh import RAYS_AT_ONCE, TREE_STRUCTS, rays_at_once, tree_of
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import (
     BOX_EDGE,
@@ -126,21 +126,22 @@ class Levels(Struct):
 STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)
 
 
-RAYS_PER_BATCH = (16, 64)
-"""Of a pixel: at least, since most tiles ask for few; at most, since software drivers bound the rounds of an
-invocation's loops (65 535 of llvmpipe's, of which 64 rays rarely take 2 000)."""
-
-
 def plan_rays(gpu: Gpu, lattice: Lattice, size: tuple[int, int]) -> tuple[AtlasPlan, list[int]]:
     """No maps, and by level the number of dispatches that its rays are cut into."""
     counts = [lattice.count(level) for level in range(lattice.depth + 1)]
-    per_batch = int(np.clip(SUBMIT_MS * gpu.rays_per_ms / (size[0] * size[1]), *RAYS_PER_BATCH))
-    batches = [-(-count // per_batch) for count in counts]
+    batches = [-(-count // rays_at_once(gpu, size)) for count in counts]
     return plan_without_maps(lattice.rows * lattice.columns), batches
 
 
 def plan_batches(
-    gpu: Gpu, lattice: Lattice, size: tuple[int, int], resolution: int | str, memory_budget: int, *, holds_all: bool
+    gpu: Gpu,
+    lattice: Lattice,
+    size: tuple[int, int],
+    resolution: int | str,
+    memory_budget: int,
+    *,
+    holds_all: bool,
+    asks_rays: bool,
 ) -> tuple[AtlasPlan, list[int]]:
     """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size.
 
@@ -162,6 +163,8 @@ def plan_batches(
     batches = [-(-count // at_one_time) for count in counts]
     if resolution == "auto":  # smaller maps rather than many draws
         batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
+    if asks_rays:
+        batches = [max(draws, -(-count // RAYS_AT_ONCE[1])) for draws, count in zip(batches, counts, strict=True)]
     plan = AtlasPlan(
         samples=samples,
         tile=tile,

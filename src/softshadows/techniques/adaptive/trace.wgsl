@@ -10,10 +10,6 @@
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 
-const HIDDEN = 0u;   // what a map knows of a sample
-const LIT = 1u;
-const UNKNOWN = 2u;
-
 fn remember_lit(tile: u32, lane: u32, sample: u32) {
     let row = sample / shape.columns;
     let column = sample % shape.columns;

@@ -35,9 +35,10 @@ from typing import ClassVar
 import numpy as np
 
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import ALL_LIGHTS, VISIBILITIES, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, Samples
 from softshadows.techniques.sub_positions import moved, sub_position
+from softshadows.techniques.traced import TracedPass
 
 
 def grid_samples(light: Light, grid: int, weights: str, layout: str, jitter: int = 0) -> Samples:
@@ -83,6 +84,11 @@ class Uniform(Technique):
         help="samples on the light's border, or in the middle of cells",
         choices=("corners", "centres"),
     )
+    visibility: str = option(
+        default="map",
+        help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
+        choices=VISIBILITIES,
+    )
     resolution: int | str = option(
         default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
     )
@@ -92,10 +98,23 @@ class Uniform(Technique):
     )
 
     def build(self, context: RenderContext) -> TechniquePass:
+        def samples_of(light: Light, jitter: int) -> Samples:
+            return grid_samples(light, self.grid, self.weights, self.layout, jitter)
+
+        if self.visibility != "map":
+            return TracedPass(
+                context,
+                Path(__file__).with_name("trace.wgsl"),
+                samples_of=samples_of,
+                resolution=self.resolution,
+                bias_scale=self.bias_scale,
+                memory_budget=self.memory_budget,
+                uses_maps=self.visibility == "hybrid",
+            )
         return SampledPass(
             context,
             Path(__file__).with_name("uniform.wgsl"),
-            samples_of=lambda light, jitter: grid_samples(light, self.grid, self.weights, self.layout, jitter),
+            samples_of=samples_of,
             resolution=self.resolution,
             lookups=float,
             bias_scale=self.bias_scale,

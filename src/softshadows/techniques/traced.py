@@ -1,0 +1,89 @@
+"""Visibility from rays to points on the light, or from shadow maps where they are certain and rays elsewhere."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.passes.bvh.bvh import CUT_SHORT, RAYS_AT_ONCE, TREE_STRUCTS, rays_at_once, tree_of
+from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, ShadowAtlas, plan_atlas, plan_without_maps
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext
+from softshadows.techniques.sampled import SampledPass, Samples
+
+
+class TracedPass(SampledPass):
+    """A SampledPass whose shader includes light_rays.wgsl and known_by_map.wgsl, and reports at binding 1 of group 3.
+
+    Without `uses_maps` no map is drawn, and every ray is traced.
+    """
+
+    def __init__(
+        self,
+        context: RenderContext,
+        shader: Path,
+        *,
+        samples_of: Callable[[Light, int], Samples],
+        resolution: int | str,
+        bias_scale: float,
+        memory_budget: int,
+        uses_maps: bool,
+    ) -> None:
+        self._tree, self._uses_maps = tree_of(context.scene), uses_maps
+        self._report = context.gpu.storage_buffer(4, "the rays' report")
+        known = {} if uses_maps else {"known_by_map.wgsl": "known_by_nothing.wgsl"}
+        super().__init__(
+            context,
+            shader,
+            samples_of=samples_of,
+            resolution=resolution,
+            lookups=float,
+            extra_buffers=[self._report],
+            bias_scale=bias_scale,
+            memory_budget=memory_budget,
+            keeps_maps=uses_maps,
+            structs=TREE_STRUCTS,
+            stand_ins={**known, **self._tree.stand_ins},
+        )
+        self._beside_layout, self._beside = self._tree.bind()
+
+    def _plan(self, count: int) -> AtlasPlan:
+        context = self._context
+        size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
+        if self._uses_maps:
+            return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, RAYS_AT_ONCE[1])
+        return plan_without_maps(count, min(rays_at_once(context.gpu, size), count))
+
+    def encode(self, commands: Commands) -> None:
+        self.bytes += self._tree.bytes
+        commands.encoder.clear_buffer(self._report)
+        self._tree.encode(commands)
+        if self._uses_maps:
+            super().encode(commands)
+            return
+        self.shadow_maps = 0
+        for atlas, index in self._turns:
+            atlas.encode_receivers(commands.encoder, commands.timer, index)
+            for chunk in range(atlas.plan.chunks):
+                self._encode_lookups(commands, atlas, chunk)
+                commands.account(self._chunk_ms(atlas))
+
+    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+        width, height = self._context.gbuffer.size
+        self._dispatch(commands, atlas, chunk, "cs_trace", "trace", (-(-width // 8), -(-height // 8)))
+
+    def _chunk_ms(self, atlas: ShadowAtlas) -> float:
+        gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
+        draws = self._context.scene.triangle_count / gpu.triangles_per_ms if self._uses_maps else 0.0
+        return atlas.plan.samples_per_chunk * (draws + width * height / gpu.rays_per_ms)
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        return {"report": (self._report, "<u4", (1,))}
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+        self.warnings = [CUT_SHORT] if results["report"][0] else []
