@@ -147,14 +147,14 @@ class Bvh:
         """Bind group 1 of passes that declare their layouts."""
         layouts, entries = [], []
         for binding, resource in self.resources.items():
-            layout: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
+            entry: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
             if isinstance(resource, wgpu.GPUBuffer):
-                layout["buffer"] = {"type": "uniform" if resource is self.grid else "read-only-storage"}
+                entry["buffer"] = {"type": "uniform" if resource is self.grid else "read-only-storage"}
                 entries.append({"binding": binding, "resource": {"buffer": resource}})
             else:
-                layout["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
+                entry["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
                 entries.append({"binding": binding, "resource": resource})
-            layouts.append(layout)
+            layouts.append(entry)
         layout = self._gpu.device.create_bind_group_layout(entries=layouts)
         return layout, self._gpu.device.create_bind_group(layout=layout, entries=entries)
 
