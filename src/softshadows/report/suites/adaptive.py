@@ -62,8 +62,8 @@ if TYPE_CHECKING:
     from softshadows.report.suites import Settings
 
 SIZE = (512, 384)
-"""Half the width and height of the paper's pictures, which `--size 1024x768` asks for: minutes instead of half an hour on
-two cores without a GPU."""
+"""Half the width and height of the paper's, which `--size 1024x768` asks for: minutes instead of half an hour on two
+cores without a GPU."""
 MAP = 512
 """Texels along a shadow map's side: the paper's."""
 MODEST = RectLight((1.6, 3.6, 1.4), (0.0, 0.3, 0.2), 0.2, 0.2, (1580.0, 1540.0, 1460.0))
