@@ -35,7 +35,6 @@ EXAMPLE_SIZE = (560, 420)
 MOST_WIDTH = 1120
 MOST_BYTES = 100_000
 DEMO_BYTES = 250_000
-SMALLER = 0.93
 GAP = 4
 """Grey pixels between the panels of a picture."""
 SAMPLES = 256
@@ -239,7 +238,7 @@ def _compared(label: str, frame: ss.Frame, scene: ss.Scene) -> Result:
 
 
 def _save(path: Path, panels: list[Pixels], most_bytes: int = MOST_BYTES) -> None:
-    """Panels side by side, as large as the file may be."""
+    """Panels side by side; in 256 colours, dithered, where all of them would make a large file."""
     path.parent.mkdir(parents=True, exist_ok=True)
     shown = [panel if panel.ndim == 3 else np.repeat(panel[..., None], 3, axis=2) for panel in panels]
     gap = np.full((len(shown[0]), GAP, 3), 128, np.uint8)
@@ -247,9 +246,9 @@ def _save(path: Path, panels: list[Pixels], most_bytes: int = MOST_BYTES) -> Non
     if sheet.width > MOST_WIDTH:
         sheet = sheet.resize((MOST_WIDTH, round(sheet.height * MOST_WIDTH / sheet.width)), Image.Resampling.LANCZOS)
     sheet.save(path, optimize=True)
-    while path.stat().st_size > most_bytes:
-        sheet = sheet.resize([round(SMALLER * side) for side in sheet.size], Image.Resampling.LANCZOS)
-        sheet.save(path, optimize=True)
+    if path.stat().st_size > most_bytes:
+        palette = sheet.quantize(256, method=Image.Quantize.MAXCOVERAGE)
+        sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
 
 
 if __name__ == "__main__":

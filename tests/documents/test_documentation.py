@@ -98,6 +98,16 @@ def test_every_technique_is_declared_a_picture_and_a_failure(name: str) -> None:
         TECHNIQUES[name](**shown.options)  # raises where an option went
 
 
+@techniques
+def test_the_failure_is_shown_on_a_scene_that_the_manual_names(name: str) -> None:
+    """Where the manual names none, for every scene shows it, any will do."""
+    from manual import manual
+    from pictures import SHOWN
+
+    named = set(re.findall(r"`(\w+)`", manual(TECHNIQUES[name])[1]["Fails when"])) & set(softshadows.scenes.SCENES)
+    assert not named or SHOWN[name][1].scene in named
+
+
 def test_pictures_are_small_and_show_something() -> None:
     files = [path for path in IMAGES.rglob("*") if path.suffix in (".png", ".gif")]
     assert sum(path.stat().st_size for path in files) <= ALL_BYTES

@@ -18,9 +18,9 @@ Departures from the paper
 Use when
     one shadow map must do, occluders are simple, and contact hardening matters more than correctness.
 Fails when
-    occluders at different heights overlap, for the mean mixes them (scene `figures`); when the light's centre does not
-    see what its border sees (papers.md O9, O10; scene `fence`). A near occluder anywhere in the map widens every
-    search.
+    occluders at different heights overlap, for the mean mixes them (scene `sphere_cube`: light in most of the umbra);
+    when the light's centre does not see what its border sees (scene `fence`). A near occluder anywhere in the map
+    widens every search.
 Inputs
     rectangle, disk and line lights.
 Cost
