@@ -20,6 +20,7 @@ from softshadows.report.console import results_table
 from softshadows.report.measure import measure
 from softshadows.report.results import results, write_bytes
 from softshadows.report.schema import read_results
+from softshadows.report.schema import RESULTS, check
 from softshadows.report.suites import baselines
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
@@ -51,6 +52,7 @@ def test_results_are_plain_json() -> None:
     data = results([made_up.measurement(2)], suite="baselines")
     text = json.dumps(data, allow_nan=False)
     assert json.dumps(json.loads(text)) == text
+    check(json.loads(text), RESULTS)
 
 
 def test_file_names_are_tame() -> None:
