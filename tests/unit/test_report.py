@@ -19,8 +19,7 @@ from softshadows.report.compare import file_stem, write_report
 from softshadows.report.console import results_table
 from softshadows.report.measure import measure
 from softshadows.report.results import results, write_bytes
-from softshadows.report.schema import read_results
-from softshadows.report.schema import RESULTS, check
+from softshadows.report.schema import RESULTS, check, read_results
 from softshadows.report.suites import baselines
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
