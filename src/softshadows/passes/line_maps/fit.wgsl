@@ -14,14 +14,14 @@
 @group(1) @binding(3) var<uniform> stage: Stage;
 @group(1) @binding(4) var<storage, read> occluder_boxes: array<OccluderBox>;
 
-override is_around_occluders: bool = false;
-
 const LANES = 64u;
 const VIEW_LIMIT = 1.0;    // faces meet at 45 degrees
 const FRONT_LIMIT = 3.0;   // how far the front window may reach over the faces beside it, to 72 degrees
 const FRONT_GROWTH = 3.0;  // by how much its area may grow for it: every face less is one drawing of the scene less
 const OPPOSITE = 2u;
 const BAND_SHARE = 0.0625;    // of the tile's edge, the least for a face in use
+const MOST_COLUMNS = 2u;
+const ROW_WEIGHT = 2.0;  // of a texel's extent around the light, against that along it, where penumbrae are soft
 const NOTHING = vec3f(3e38);
 const OCCLUDER_ROOM = 0.01;  // of what occluders take: their edges need texels on both sides
 
@@ -207,7 +207,7 @@ fn find_wanted(lane: u32) {
         limit_lows[i] = vec2f(-LINE_LIMIT);
         limit_highs[i] = vec2f(LINE_LIMIT);
     }
-    if is_around_occluders && light.half_width > 0.0 {  // without a length, the shadow is to be that of `hard`
+    if light.half_width > 0.0 {  // without a length, the shadow is to be that of `hard`
         bound_occluders(lane, low_ls, high_ls);
     }
 
@@ -266,41 +266,81 @@ fn take_windows(share: f32) {
     }
 }
 
-// Place the windows in the sample's tile as bands of its whole width, for they are wide along the light. A band is as high as the
-// texels that its face asks for around the light.
-fn place_bands(sample: u32) {
+// By how many rows a sample's maps are shifted against the middle one's: an edge along the light, which all of them see in
+// one row, is not moved to a row's border by all of them, but by each to another place. Neighbours differ by less than half
+// a row. Two maps are the papers' and keep the same rows.
+fn row_shift(sample: u32) -> f32 {
+    if light.sample_count < 3u {
+        return 0.0;
+    }
+    return (f32(sample) + 0.5) / f32(light.sample_count) - 0.5;
+}
+
+// Place the windows in the sample's tile as bands, for they are wide along the light, in one column or two. A band is as high
+// as the texels that its face asks for around the light.
+fn place_bands(sample: u32, columns: u32) {
     var heights: array<f32, FACES>;
-    var total = 0.0;
-    var left = 0.0;  // bands still to be placed
+    var column_of: array<u32, FACES>;
+    var totals: array<f32, MOST_COLUMNS>;
+    var left: array<f32, MOST_COLUMNS>;  // bands still to be placed
     for (var face = 0u; face < FACES; face++) {
-        if !is_empty(windows[face]) {
-            heights[face] = max((windows[face].high.y - windows[face].low.y) * windows[face].texels_per_unit, 1.0);
-            total += heights[face];
-            left += 1.0;
+        if is_empty(windows[face]) {
+            continue;
         }
+        heights[face] = max((windows[face].high.y - windows[face].low.y) * windows[face].texels_per_unit, 1.0);
+        let column = select(0u, 1u, columns == 2u && totals[1] < totals[0]);
+        column_of[face] = column;
+        totals[column] += heights[face];
+        left[column] += 1.0;
     }
     let tile = f32(light.tile_size);
-    let smallest = BAND_SHARE * tile;
-    let rest = tile - left * smallest;
+    let width = floor(tile / f32(columns));
     let first = vec2f(vec2u(sample % light.tiles_per_row, sample / light.tiles_per_row) * light.tile_size);
-    var used = 0.0;
+    let smallest = BAND_SHARE * tile;
+    let rests = tile - smallest * vec2f(left[0], left[1]);
+    var used: array<f32, MOST_COLUMNS>;
     for (var face = 0u; face < FACES; face++) {
         views[face] = ShadowView(vec2f(0.0), vec2f(0.0), vec2u(0u), vec2u(0u));
-        if heights[face] > 0.0 {
-            let height = select(floor(smallest + rest * heights[face] / total), tile - used, left == 1.0);
-            views[face] = place(windows[face], first + vec2f(0.0, used), vec2f(tile, height));
-            used += height;
-            left -= 1.0;
+        if heights[face] == 0.0 {
+            continue;
         }
+        let column = column_of[face];
+        let share = heights[face] / totals[column];
+        let height = select(floor(smallest + rests[column] * share), tile - used[column], left[column] == 1.0);
+        let origin = first + vec2f(f32(column) * width, used[column]);
+        views[face] = place(windows[face], origin, vec2f(width, height));
+        views[face].window_low.y += row_shift(sample) / views[face].texels_per_unit.y;
+        used[column] += height;
+        left[column] -= 1.0;
     }
 }
 
+// How coarse the placed views are for what they are asked.
+fn coarseness() -> f32 {
+    var sum = 0.0;
+    for (var face = 0u; face < FACES; face++) {
+        if views[face].size.x > 0u {
+            sum += windows[face].texels_per_unit * dot(vec2f(1.0, ROW_WEIGHT), 1.0 / views[face].texels_per_unit);
+        }
+    }
+    return sum;
+}
+
+// Two columns where many faces share a tile, so that their bands are not too flat.
+fn best_columns() -> u32 {
+    take_windows(0.0);
+    place_bands(0u, 1u);
+    let of_one = coarseness();
+    place_bands(0u, MOST_COLUMNS);
+    return select(1u, MOST_COLUMNS, coarseness() < of_one);
+}
+
 // Do the maps of the last frame still show all that these windows would? The two ends speak for what is between them.
-fn all_still_serve() -> bool {
+fn all_still_serve(columns: u32) -> bool {
     for (var end = 0u; end < 2u; end++) {
         take_windows(f32(end));
         let sample = end * (light.sample_count - 1u);
-        place_bands(sample);
+        place_bands(sample, columns);
         if !still_serve(sample) {
             return false;
         }
@@ -325,14 +365,16 @@ fn cs_fit(@builtin(local_invocation_index) lane: u32) {
         return;
     }
     join_into_front();
+    let columns = best_columns();
     state.drawn_now = 0u;
     if atomicLoad(&drawn_samples[0]) != 0u {
-        if all_still_serve() {
+        if all_still_serve(columns) {
             return;
         }
         widen_wanted();
         atomicStore(&drawn_samples[0], 0u);
     }
+    state.columns = columns;
     for (var face = 0u; face < FACES; face++) {
         line_windows[face] = wanted[face];
     }
@@ -347,7 +389,7 @@ fn cs_place() {
     for (var rest = requests[stage.number] & ~atomicLoad(&drawn_samples[0]); rest != 0u; rest &= rest - 1u) {
         let sample = firstTrailingBit(rest);
         take_windows(f32(sample) / f32(max(light.sample_count, 2u) - 1u));
-        place_bands(sample);
+        place_bands(sample, state.columns);
         list_views(sample, stage.number);
         state.drawn_now |= 1u << sample;
     }

@@ -7,18 +7,19 @@
 
 What a technique may rely on, for samples i = 0 … n − 1 evenly spaced from the light's start (i = 0) to its end:
 
-    - A face's view has the same size and texels per unit in every sample, and the same window along v: row j of one is
-      the same plane through the light as row j of another. `window_low.x` differs: `column_position(view, column)`
-      gives a column's u, and a point of closeness c moves by `disparity(from_x, to_x, c)` from map to map. u runs from
-      start to end of the light on all four faces.
+    - A face's view has the same size and texels per unit in every sample, and with two samples the same window along v:
+      row j of one is the same plane through the light as row j of the other. With more, each sample's rows lie a part
+      of a row further on than those of the one before, a row in all; row j of neighbours is the same plane to within
+      half a row. `window_low.x` differs: `column_position(view, column)` gives a column's u, and a point of closeness c
+      moves by `disparity(from_x, to_x, c)` from map to map. u runs from start to end of the light on all four faces.
     - The atlas holds near × closeness, closeness = 1 / d with d the distance from the light's line along the face's
       axis: the same in all maps, affine in the image on every plane, 0 where there is nothing.
     - `line_sight(sample, receiver)` is the receiver as a sample sees it (shadow_map.wgsl): `sight.view`, its texel by
       `covering_texel(sight)`, and `sight_is_lit(sight)`, the hard test. Where `is_rectified(sight)` is false the
       receiver lies in a cap (more than 76° from the light's normal) or outside all maps: only the hard test holds
       there.
-    - With `is_around_occluders` the windows hold only what some occluder takes of a map, seen from anywhere on the
-      light: what lies outside is lit from all samples.
+    - The windows hold only what some occluder takes of a map, seen from anywhere on the light: what lies outside is lit
+      from all samples.
     - `reach` half lights of room along u, beside the receivers in view, for occluders' edges just out of the picture.
 
 Per light: `encode_receivers`, `encode_fit`, then `encode_maps(stage)`. Which samples a stage draws is a word of bits in
@@ -56,6 +57,10 @@ from softshadows.passes.shadow_atlas.shadow_atlas import (
 from softshadows.scene.lights import Light
 
 _HERE = Path(__file__).parent
+COLUMNS = 2
+"""The most in which a tile's faces lie side by side (fit.wgsl)."""
+TEXELS_PER_PIXEL = 4.0
+"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0013-line-shadow-maps.md."""
 MOST_SAMPLES = 32
 """A set of samples is a word of bits."""
 
@@ -70,9 +75,10 @@ class LineWindow(Struct):
 
 
 class LineState(Struct):
-    """Which samples' maps were drawn in this frame, as bits; 0 where all were kept."""
+    """Which samples' maps were drawn in this frame, as bits; 0 where all were kept. How the faces share a tile."""
 
     drawn_now: U32
+    columns: U32
 
 
 class Stage(Struct):
@@ -137,8 +143,6 @@ class LineMaps:
         *,
         bias_scale: float = 1.0,
         reach: float = 1.0,
-        texels_per_pixel: float = 2.0,
-        is_around_occluders: bool = False,
     ) -> None:
         assert plan.samples <= MOST_SAMPLES
         self.plan, self._gpu = plan, gpu
@@ -150,7 +154,7 @@ class LineMaps:
             bias_scale=bias_scale,
             search_margin=reach,
             keeps_maps=True,
-            texels_per_pixel=texels_per_pixel,
+            texels_per_pixel=TEXELS_PER_PIXEL,
         )
         self._triangle_ms = scene.triangle_count / gpu.triangles_per_ms
         self._windows = gpu.storage_buffer(FACES * dtype(LineWindow).itemsize, "the windows")
@@ -160,8 +164,7 @@ class LineMaps:
         structs = (ReceiverBox, OccluderBox, DrawView, LineWindow, LineState, Stage, *SHADOW_STRUCTS)
         boxed = {0: atlas.light, 2: atlas.boxes, 3: atlas.views, 6: atlas.drawn}
         fitted = {0: self._windows, 1: self.state, 4: scene.occluder_boxes}
-        constants = {"is_around_occluders": is_around_occluders}
-        self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", structs, {0: boxed, 1: fitted}, constants)
+        self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", structs, {0: boxed, 1: fitted})
         listed = {
             0: atlas.light,
             1: atlas.samples,

@@ -49,7 +49,7 @@ fn fs_clear() -> @location(0) vec4f {
     return vec4f(UNTOUCHED);
 }
 
-// A skin is one row high in every map, for a row is a plane through the light.
+// A skin is one row high in every map, for a row is a plane through the light, to within half a row.
 @vertex
 fn vs_skin(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: u32) -> SkinVertex {
     let skin = skins[instance];

@@ -58,7 +58,7 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
         if here > on_plane + bias {
             let scale = 1.0 / ((here - closeness) * length);
             let share = away * scale;
-            hidden |= bins_between(share - 0.5 * extent * scale, share + 0.5 * extent * scale);
+            hidden |= bins_between(share - EDGE_TEXELS * extent * scale, share + EDGE_TEXELS * extent * scale);
             let smooth_change = max(SMOOTH_JUMP_TEXELS * closeness_of_extent(light, here, extent), SMOOTH_SLOPES * abs(before_change));
             if before > 0.0 && abs(change) <= smooth_change {
                 hidden |= bins_between(before_share, share);

@@ -12,7 +12,7 @@
 @group(1) @binding(4) var<storage, read_write> search: vec3u;                 // arguments of the dispatch of cs_find
 @group(1) @binding(5) var<storage, read_write> report: array<u32>;
 
-@group(1) @binding(6) var<storage, read_write> nearest_in_row: array<f32>;  // closeness, by sample and row of its tile
+@group(1) @binding(6) var<storage, read_write> nearest_in_row: array<f32>;  // closeness, by sample and number of the row
 
 override capacity: u32;         // of skins
 override threshold_texels: f32;
@@ -24,7 +24,6 @@ const INSTANCES = 1u;           // of a draw's words
 const MAPS = 1u;                // words of the report
 const SKINS = 2u;
 const DROPPED = 3u;
-const NO_VIEW = 0xffffffffu;
 
 var<workgroup> nearest_of_lanes: array<f32, LANES>;
 
@@ -34,7 +33,7 @@ fn cs_prepare() {
     let is_kept = state.drawn_now == 0u && control.samples == control.had_samples;
     control.had_samples = control.samples;
     control.is_kept = select(0u, 1u, is_kept);
-    search = select(vec3u(1u, light.tile_size, light.sample_count), vec3u(0u), is_kept);
+    search = select(vec3u(1u, row_count(0u), light.sample_count), vec3u(0u), is_kept);
     atomicStore(&draws[CLEAR], 6u);
     atomicStore(&draws[CLEAR + INSTANCES], select(light.sample_count, 0u, is_kept));
     atomicStore(&draws[DRAW], 6u);
@@ -111,29 +110,12 @@ fn find_between(sample: u32, view: u32, row: i32, first: i32, end: i32) -> f32 {
     return nearest;
 }
 
-// A row of a sample's tile: the view whose band holds it, and the row in that view. FACES: none.
-struct TileRow {
-    view: u32,
-    row: u32,
-};
-
-fn tile_row(sample: u32, row: u32) -> TileRow {
-    let in_atlas = (sample / light.tiles_per_row) * light.tile_size + row;
-    for (var face = 0u; face < LINE_FACES; face++) {
-        let band = shadow_views[sample * FACES + face];
-        if in_atlas >= band.origin.y && in_atlas < band.origin.y + band.size.y {
-            return TileRow(sample * FACES + face, in_atlas - band.origin.y);
-        }
-    }
-    return TileRow(NO_VIEW, 0u);
-}
-
 @compute @workgroup_size(LANES)
 fn cs_find(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let sample = group.z;
-    let found = tile_row(sample, group.y);
     nearest_of_lanes[lane] = 0.0;
-    if found.view != NO_VIEW && ((control.samples >> sample) & 1u) == 1u {
+    if group.y < row_count(sample) {  // else the sample is not in use
+        let found = map_row(sample, group.y);
         let last = shadow_views[found.view].size.x - 1u;
         let run = (last + LANES - 1u) / LANES;
         let first = min(lane * run, last);
@@ -147,7 +129,7 @@ fn cs_find(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index)
         }
     }
     if lane == 0u {
-        nearest_in_row[sample * light.tile_size + group.y] = nearest_of_lanes[0];
+        nearest_in_row[first_row(sample) + group.y] = nearest_of_lanes[0];
     }
 }
 

@@ -20,7 +20,7 @@ from softshadows.gpu.compose import shader_module
 from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.line_maps.line_maps import LineMaps, LineState, plan_line_maps
+from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
@@ -104,9 +104,7 @@ class SoftMaps:
             stages=self._stages,
             bytes_per_texel=BYTES_PER_TEXEL,
         )
-        self.maps = LineMaps(
-            gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale, is_around_occluders=True
-        )
+        self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale)
         self._make_resources()
         self._make_kernels()
         self._pipelines = self._make_pipelines()
@@ -126,7 +124,7 @@ class SoftMaps:
             usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
         )
         self._channels_view = self.channels.create_view()
-        self._nearest = gpu.storage_buffer(4 * plan.samples * plan.tile, "the rows' nearest surfaces")
+        self._nearest = gpu.storage_buffer(4 * plan.samples * COLUMNS * plan.tile, "the rows' nearest surfaces")
         buffers = (self._nearest, self.skins, self.control, self._contradictions, self._search, self._draws)
         self.bytes = self.maps.bytes + 4 * texels + sum(buffer.size for buffer in buffers)
 
@@ -146,7 +144,9 @@ class SoftMaps:
             for stage in range(1, self._stages)
         ]
         found = {0: self.control, 1: maps.state, 2: self._draws, 3: self.skins, 4: self._search, 6: self._nearest}
-        self._prepare = kernel("skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {0: looks[0]}})
+        self._prepare = kernel(
+            "skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {k: looks[k] for k in (0, 2)}}
+        )
         self._find = kernel(
             "skins",
             "cs_find",

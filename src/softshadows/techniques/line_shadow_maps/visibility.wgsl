@@ -9,7 +9,7 @@
 @group(1) @binding(0) var<storage, read> control: Control;
 @group(1) @binding(1) var channels: texture_2d<f32>;
 @group(1) @binding(2) var<storage, read_write> report: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read> nearest_in_row: array<f32>;  // closeness, by sample and row of its tile
+@group(1) @binding(3) var<storage, read> nearest_in_row: array<f32>;  // closeness, by sample and number of the row
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 
 override both_ends_see_all: bool = false;
@@ -42,9 +42,7 @@ fn look(sample: u32, receiver: LightReceiver) -> Seen {
 
 // The nearest closeness in the row of the sample's map that the sight goes through.
 fn nearest_beside(sample: u32, sight: Sight) -> f32 {
-    let tile_top = (sample / light.tiles_per_row) * light.tile_size;
-    let row = shadow_views[sight.view].origin.y + covering_texel(sight).y - tile_top;
-    return nearest_in_row[sample * light.tile_size + row];
+    return nearest_in_row[first_row(sample) + row_number(sight.view, covering_texel(sight).y)];
 }
 
 // The share of the segment between two neighbouring samples.

@@ -38,5 +38,5 @@ fn cell_width(view: u32) -> u32 {
 
 // The first cell of a row, where the rows of all faces of all samples follow each other.
 fn first_cell(sample: u32, number: u32) -> u32 {
-    return (sample * 2u * light.tile_size + number) * CELLS;
+    return (first_row(sample) + number) * CELLS;
 }

@@ -119,10 +119,9 @@ fn searched_visibility(first: Look, second: Look) -> f32 {
     if first.lit && second.lit && !has_edge(first, AFTER) && !has_edge(second, BEFORE) {
         return 1.0;
     }
-    let row_choice = (f32(first.sample) + 0.5) / f32(light.sample_count - 1u);
     return share_of_rest(
-        hidden_parts(first, AFTER, row_choice),
-        from_other_end(hidden_parts(second, BEFORE, row_choice)),
+        hidden_parts(first, AFTER),
+        from_other_end(hidden_parts(second, BEFORE)),
     );
 }
 

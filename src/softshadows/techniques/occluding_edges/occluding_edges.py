@@ -27,7 +27,8 @@ Departures from the paper
       leave what both leave (substep 4.4, which the paper leaves open), or, with "seen", what either leaves where both
       ends see the fragment.
     - Shares are interpolated between the rows, not positions: the same along one edge, and bounded between two.
-      `rows=4` smooths them by a cubic B-spline; the paper has `rows=2`. A search interpolates over the segments.
+      `rows=4` smooths them by a cubic B-spline; the paper has `rows=2`. A search interpolates over the
+      segments, whose maps differ by parts of a row.
     - An edge beside a jump in depth lies between the two texels, not in the nearer one's middle.
     - Visibility only: the frame is lit by the whole light's unshadowed radiance times it, not by the two ends' (the
       influence function f, substep 4.3, changes how a visible part is shared among them, not how large it is).
@@ -57,7 +58,7 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.line_maps.line_maps import LineMaps, LineState, plan_line_maps
+from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
@@ -74,8 +75,6 @@ BYTES_PER_TEXEL = 4 + 4
 """Of the depth maps and of the edge map."""
 NEAREST_OCCLUDER = 0.5
 """Share of the receivers' distance from which on occluders' edges lie within the maps, also just out of the picture."""
-TEXELS_PER_PIXEL = 4.0
-"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0011-occluding-edges.md."""
 LOOKUPS = 3
 """Per sample: the hard test, and the edge map on both sides."""
 
@@ -140,7 +139,6 @@ class OccludingEdgesPass(TechniquePass):
             plan,
             bias_scale=technique.bias_scale,
             reach=reach,
-            texels_per_pixel=TEXELS_PER_PIXEL,
         )
         self.edge_map = gpu.device.create_texture(
             size=(plan.atlas_size, plan.atlas_size, 1),
@@ -149,7 +147,7 @@ class OccludingEdgesPass(TechniquePass):
         )
         usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT
         self._dispatch = gpu.device.create_buffer(size=16, usage=usage)
-        self._cells = gpu.storage_buffer(4 * CELLS * 2 * plan.tile * plan.samples, "the rows of the maps")
+        self._cells = gpu.storage_buffer(4 * CELLS * COLUMNS * plan.tile * plan.samples, "the rows of the maps")
         self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + self._dispatch.size + self._cells.size
         self._kernels = self._make_kernels()
         self._written: tuple[tuple[Light, ...], Geometry] | None = None

@@ -44,15 +44,10 @@ var<private> entries: array<u32, WIDEST_CELL>;
 
 // A lane's cell in the row of that number, of all rows of a sample's faces.
 fn cell_of(number: u32, sample: u32, lane: u32) -> Cell {
-    var view = sample * FACES;
-    var row = number;
-    while row >= shadow_views[view].size.y {
-        row -= shadow_views[view].size.y;
-        view++;
-    }
-    let width = shadow_views[view].size.x;
-    let first = min(lane * cell_width(view), width);
-    return Cell(view, row, first, min(first + cell_width(view), width));
+    let found = map_row(sample, number);
+    let width = shadow_views[found.view].size.x;
+    let first = min(lane * cell_width(found.view), width);
+    return Cell(found.view, found.row, first, min(first + cell_width(found.view), width));
 }
 
 // Load the cell and what is beside it; returns the greatest closeness in the cell.
@@ -94,44 +89,63 @@ fn is_edge_by_order(here: f32, next: f32, after: f32) -> bool {
     return next > here && after > here;
 }
 
+// What comes of a walk: the edge passed last, and the place that comes last of all.
+struct Walked {
+    passed: Passed,
+    last_place: f32,
+};
+
 // [Reimann2016 §3.3] Walk the cell for the segment on this side, `start` being passed before it. Texels out of order get the
-// edge passed last, in their half of `entries`. Returns what is passed at the end.
-fn walk(cell: Cell, side: u32, start: Passed) -> Passed {
+// edge passed last, in their half of `entries`.
+fn walk(cell: Cell, side: u32, start: Passed) -> Walked {
     let forth = direction(side);
     let reach = segment_length(cell.view / FACES, side) * shadow_views[cell.view].texels_per_unit.x;
     let offset = forth * f32(cell.first);  // of the cell's places in the row's
-    var passed = Passed(start.place - offset, start.entry);
     let count = cell.end - cell.first;
-    for (var step = 0u; step < count; step++) {
-        let in_cell = select(count - 1u - step, step, side == BEFORE);
-        let i = in_cell + BESIDE;
-        let onward = select(i - 1u, i + 1u, side == BEFORE);
-        let here = place(i, forth, reach);
+    let step = select(-1, 1, side == BEFORE);
+    var i = select(i32(count + BESIDE) - 1, i32(BESIDE), side == BEFORE);
+    var passed = Passed(start.place - offset, start.entry);
+    var last_place = -OUT_OF_ROW;
+    var before = place(u32(i - step), forth, reach);
+    var here = place(u32(i), forth, reach);
+    var next = place(u32(i + step), forth, reach);
+    for (var walked = 0u; walked < count; walked++) {
+        let after = place(u32(i + 2 * step), forth, reach);
+        let in_cell = u32(i) - BESIDE;
+        last_place = max(last_place, here);
         if here > passed.place {
             entries[in_cell] = insertBits(entries[in_cell], passed.entry, select(0u, 16u, side == BEFORE), 16u);
-            continue;
-        }
-        let next = place(onward, forth, reach);
-        let after = place(2u * onward - i, forth, reach);
-        let before = place(2u * i - onward, forth, reach);
-        if (uses_tilt && is_edge_by_tilt(before, here, next)) || (uses_order && is_edge_by_order(here, next, after)) {
+        } else if (uses_tilt && is_edge_by_tilt(before, here, next)) || (uses_order && is_edge_by_order(here, next, after)) {
             passed = Passed(here, (1u + cell.first + in_cell) | select(0u, EDGE_JUMPS, jumps(here, next)));
         }
+        before = here;
+        here = next;
+        next = after;
+        i += step;
     }
-    return Passed(passed.place + offset, passed.entry);
+    return Walked(Passed(passed.place + offset, passed.entry), last_place + offset);
 }
 
-// What all the cells that are walked before this lane's have passed.
-fn passed_before(lane: u32, side: u32) -> Passed {
-    var passed = Passed(OUT_OF_ROW, NO_EDGE);
-    let first = select(lane + 1u, 0u, side == BEFORE);
-    let end = select(LANES, lane, side == BEFORE);
-    for (var other = first; other < end; other++) {
-        if passed_places[other] < passed.place {
-            passed = Passed(passed_places[other], passed_entries[other]);
+// What all the cells that are walked before this lane's have passed: an exclusive scan, in the order of the walk.
+fn passed_before(lane: u32, side: u32, alone: Passed) -> Passed {
+    let turn = select(LANES - 1u - lane, lane, side == BEFORE);
+    var passed = alone;
+    for (var stride = 1u; stride < LANES; stride *= 2u) {
+        passed_places[turn] = passed.place;
+        passed_entries[turn] = passed.entry;
+        workgroupBarrier();
+        if turn >= stride && passed_places[turn - stride] < passed.place {
+            passed = Passed(passed_places[turn - stride], passed_entries[turn - stride]);
         }
+        workgroupBarrier();
     }
-    return passed;
+    passed_places[turn] = passed.place;
+    passed_entries[turn] = passed.entry;
+    workgroupBarrier();
+    if turn == 0u {
+        return Passed(OUT_OF_ROW, NO_EDGE);
+    }
+    return Passed(passed_places[turn - 1u], passed_entries[turn - 1u]);
 }
 
 @compute @workgroup_size(LANES)
@@ -143,10 +157,10 @@ fn cs_outreach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
             continue;
         }
         let alone = walk(cell, side, Passed(OUT_OF_ROW, NO_EDGE));
-        passed_places[lane] = alone.place;
-        passed_entries[lane] = alone.entry;
-        workgroupBarrier();
-        walk(cell, side, passed_before(lane, side));
+        let start = passed_before(lane, side, alone.passed);
+        if start.place < alone.last_place {
+            walk(cell, side, start);
+        }
         workgroupBarrier();
     }
     for (var in_cell = 0u; in_cell < cell.end - cell.first; in_cell++) {

@@ -8,9 +8,5 @@
 
 @compute @workgroup_size(1)
 fn cs_rows() {
-    var rows = 0u;
-    for (var face = 0u; face < LINE_FACES; face++) {
-        rows += shadow_views[face].size.y;  // as in every other sample
-    }
-    dispatch = vec3u(select(rows, 0u, state.drawn_now == 0u), light.sample_count, 1u);
+    dispatch = vec3u(select(row_count(0u), 0u, state.drawn_now == 0u), light.sample_count, 1u);
 }

@@ -18,10 +18,6 @@ struct Look {
 };
 
 const PARTS = 128u;
-// From the middle of a surface's last texel to its border. Half a texel in one map; but what either of a segment's two maps
-// hides is hidden, and the larger one of two that err by up to half a texel is a sixth too large. Measured between that and
-// none: docs/decisions/0011-occluding-edges.md.
-const EDGE_TEXELS = 0.36;
 const ALL = vec4u(0xffffffffu);
 
 // Bits `low` to `high` - 1 of 32, for any numbers.
@@ -46,23 +42,10 @@ fn parts_between(low: f32, high: f32) -> vec4u {
     );
 }
 
-// The number of a view's row among the rows of all of its sample's faces.
-fn row_number(view: u32, row: u32) -> u32 {
-    var number = row;
-    for (var other = view - view % FACES; other < view; other++) {
-        number += shadow_views[other].size.y;
-    }
-    return number;
-}
-
 // The parts of the segment beyond `look`'s sample that something in its map hides, as bits counted from that sample.
-//
-// Of the two rows that the fragment lies between, `row_choice` from 0 to 1 says which one is searched: 0.5 for the nearest.
-// Spread over the segments of the light, the choices interpolate between the rows.
-fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
+fn hidden_parts(look: Look, side: u32) -> vec4u {
     let width = i32(shadow_views[look.view].size.x);
-    let row = u32(clamp(i32(floor(look.texel.y + row_choice)), 0, i32(shadow_views[look.view].size.y) - 1));
-    let is_own_row = row == u32(round(look.texel.y));
+    let row = u32(clamp(i32(round(look.texel.y)), 0, i32(shadow_views[look.view].size.y) - 1));
     let own_closeness = look.closeness + look.slope.y * (f32(row) - look.texel.y);  // of its plane, in that row
     let cell = i32(cell_width(look.view));
     let cell_base = first_cell(look.sample, row_number(look.view, row));
@@ -72,7 +55,7 @@ fn hidden_parts(look: Look, side: u32, row_choice: f32) -> vec4u {
     var hidden = vec4u(0u);
     var column = clamp(i32(round(look.texel.x)), 0, width - 1);
     var last_end = 0.0;  // up to which share the texel before hid the segment; negative where it did not
-    if look.lit && is_own_row {
+    if look.lit {
         column += forth;  // its own texel is the hard test's business
         last_end = -1.0;
     }
