@@ -49,6 +49,9 @@ CUT_SHORT = (
     "is shadow. Render fewer samples, or use visibility='map'."
 )
 """A frame's warning: software drivers bound the rounds of a shader's loops."""
+CUTOUT_BUFFERS = 14
+"""Storage buffers of a stage that looks at alpha masks: five of the scene's, two of the tree's, up to seven of the
+technique's."""
 RAYS_AT_ONCE = (16, 64)
 """Of a pixel in one dispatch. At least, since most pixels ask for few; at most, since software drivers bound the rounds
 of an invocation's loops: 65 535 of llvmpipe's, of which 64 rays rarely take 2 000."""
@@ -88,6 +91,12 @@ class Bvh:
         count = len(geometry.triangles)
         if count > MOST_TRIANGLES:
             raise DeviceError(f"rays can walk through {MOST_TRIANGLES} triangles; the scene has {count}.")
+        most = gpu.limit("max-storage-buffers-per-shader-stage")
+        if self.has_cutouts and most < CUTOUT_BUFFERS:
+            raise DeviceError(
+                f"rays through surfaces with alpha masks read {CUTOUT_BUFFERS} storage buffers in one shader stage; "
+                f"this device allows {most}. Use visibility='map', or profile 'full' on an adapter that allows more."
+            )
         low, high, _ = triangle_boxes(geometry)
         shape = shape_by_area(low, high)
         self.bytes = 0
@@ -172,7 +181,7 @@ class Bvh:
 
     def _grid(self, geometry: Geometry) -> TreeGrid:
         low, high = geometry.bounds
-        cell = np.maximum(high - low, 1e-6 * max(geometry.diagonal, 1e-30)) / (GRID_CELLS - 2.0 * GRID_MARGIN)
+        cell = np.maximum(high - low, 1e-6 * max(geometry.diagonal, 1e-6)) / (GRID_CELLS - 2.0 * GRID_MARGIN)
         return TreeGrid(
             low_ws=tuple(low - GRID_MARGIN * cell),
             triangle_count=len(geometry.triangles),
