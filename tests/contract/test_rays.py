@@ -1,4 +1,4 @@
-"""Rays on the GPU see what Embree sees, from the same points of the light, through every technique that can ask them."""
+"""Rays on the GPU see what Embree sees from the same points of the light, in every technique that can ask them."""
 
 from __future__ import annotations
 

@@ -67,7 +67,7 @@ KERNEL_BUFFERS = {
     "list": "control report dispatches",
     "fit": "requests control",
     "lookup": "requests masks active_tiles control",
-    "trace": "requests masks active_tiles control report",
+    "trace": "requests masks active_tiles control",
     "compare": "requests refined failures masks active_tiles control report counts",
     "refine": "requests refined failures active_tiles control counts",
     "average": "requests refined masks control report",
@@ -426,7 +426,7 @@ class AdaptiveSampling:
         return samples * (draws + asks)
 
 
-CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 2
+CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 3
 
 
 def _numbered(*resources: Resource) -> dict[int, Resource]:

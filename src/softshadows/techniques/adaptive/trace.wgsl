@@ -8,7 +8,6 @@
 
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
-@group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 
 fn remember_lit(tile: u32, lane: u32, sample: u32) {
     let row = sample / shape.columns;
@@ -71,6 +70,6 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
         trace_packet(tile, lane);
     }
     if was_cut_short {
-        atomicOr(&report[CUT_SHORT], 1u);
+        atomicOr(&control.cut_short, 1u);
     }
 }

@@ -37,7 +37,7 @@ fn known_samples(level: u32, row: u32) -> u32 {
     return samples;
 }
 
-// Add the tile's look-ups to the frame's.
+// Add the tile's look-ups to the frame's, and what happened to its rays.
 fn count_lookups(tree: u32, receivers: u32) {
     var samples = 0u;
     for (var row = 0u; row < shape.sample_rows; row++) {
@@ -48,4 +48,5 @@ fn count_lookups(tree: u32, receivers: u32) {
     if before + added < before {
         atomicAdd(&report[LOOKUPS_HIGH], 1u);
     }
+    atomicOr(&report[CUT_SHORT], atomicLoad(&control.cut_short));
 }
