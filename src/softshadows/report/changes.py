@@ -59,13 +59,17 @@ class Change:
 
 @dataclass
 class Changes:
-    """What moved, by direction; techniques that are gone; what could not be compared, in sentences; how much was."""
+    """What moved, by direction; techniques that are gone; what could not be compared, in sentences; how much was.
+
+    `without_spread` counts times of too few frames.
+    """
 
     worse: list[Change] = field(default_factory=list)
     better: list[Change] = field(default_factory=list)
     gone: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     compared: int = 0
+    without_spread: int = 0
 
     @property
     def got_worse(self) -> bool:
@@ -95,6 +99,10 @@ def changes(before: dict[str, Any], after: dict[str, Any]) -> Changes:
         found.notes.append(f"times are not compared: {_machine(before)} before, {_machine(after)} after")
     for name in common:
         _compare_pictures(found, name, earlier[name], later[name], same_machine)
+    if found.without_spread:
+        found.notes.append(
+            f"{found.without_spread} times of fewer than {MIN_FRAMES} frames have no spread, not compared"
+        )
     return found
 
 
@@ -127,7 +135,7 @@ def _compare_pictures(
             continue
         pairs = [*_costs(technique, later[label])]
         if same_machine:
-            pairs += _times(technique, later[label], found, f"{name}: {label}")
+            pairs += _times(technique, later[label], found)
         if same_rays:
             pairs += _errors(technique, later[label])
         for figure, was, now, slack in pairs:
@@ -142,14 +150,14 @@ Pair = tuple[str, float, float, float]
 """A figure, its values before and after, and by how much it may differ."""
 
 
-def _times(before: dict[str, Any], after: dict[str, Any], found: Changes, who: str) -> Iterator[Pair]:
+def _times(before: dict[str, Any], after: dict[str, Any], found: Changes) -> Iterator[Pair]:
     """The medians, with infinite slack where one lies in the other's spread."""
     for name, was in before["times"].items():
         now = after["times"].get(name)
         if now is None:
             continue
         if min(was["frames"], now["frames"]) < MIN_FRAMES:
-            found.notes.append(f"{who}: times of fewer than {MIN_FRAMES} frames have no spread and are not compared")
+            found.without_spread += 1
             continue
         apart = not _within(now["median_ms"], was) and not _within(was["median_ms"], now)
         slack = SLIGHT_TIME * was["median_ms"] if apart else float("inf")
