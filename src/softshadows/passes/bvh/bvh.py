@@ -1,6 +1,8 @@
 """The scene's triangles in a tree of boxes that rays walk through on the GPU.
 
     sah.py             the tree's shape, chosen on the CPU
+    lbvh.py            or on the GPU, for large scenes
+    parts.py           what of it changes when nodes move
     refit.wgsl         its boxes, found on the GPU: after the shape is new, and after nodes have moved
     tree_node.wgsl     what a node is
     occluded.wgsl      the walk
@@ -15,34 +17,27 @@ from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 import wgpu
 
-from softshadows.errors import DeviceError
+from softshadows.errors import DeviceError, OptionError
 from softshadows.gpu.commands import SUBMIT_MS, Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
-from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
+from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.upload import SceneBuffers
-from softshadows.passes.bvh.sah import Shape, shape_by_area
-from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS
-from softshadows.scene.clusters import triangle_boxes
+from softshadows.passes.bvh.grid import TREE_STRUCTS, TreeGrid, grid_over, groups_of
+from softshadows.passes.bvh.lbvh import Lbvh
+from softshadows.passes.bvh.parts import Change, Parts
+from softshadows.passes.bvh.shape import MOST_TRIANGLES
 from softshadows.scene.geometry import Geometry
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
 FAN = 4
 """Boxes below each box of the pyramid (refit.wgsl)."""
-INVOCATIONS = 64
-MOST_GROUPS = 65535
-"""WebGPU: workgroups along one dimension of a dispatch."""
-GRID_CELLS = 65535.0
-GRID_MARGIN = 2.0
-"""Cells kept free at either end, for what rounding outwards adds."""
-MOST_TRIANGLES = 1 << 28
-"""As many as a leaf's link can name (tree_node.wgsl)."""
-LEAF = 0x80000000
-LEAF_COUNT_SHIFT = 28
+BUILDERS = ("auto", "cpu", "gpu")
+MOST_ON_CPU = 1 << 18
+"""Triangles up to which the CPU builds: about a second's work, for a tree that is walked faster."""
 TRIANGLE_BYTES = 48
 CUT_SHORT = (
     "rays: the device ended some walks through the scene's tree before their end, so that light may show where there "
@@ -62,29 +57,17 @@ def rays_at_once(gpu: Gpu, size: tuple[int, int]) -> int:
     return int(np.clip(SUBMIT_MS * gpu.rays_per_ms / (size[0] * size[1]), *RAYS_AT_ONCE))
 
 
-class TreeGrid(Struct):
-    """The grid that a tree's boxes lie on, its counts, and how far the scene reaches from its middle
-    (occluded.wgsl)."""
-
-    low_ws: Vec3f
-    triangle_count: U32
-    cells_per_metre: Vec3f
-    node_count: U32
-    extent: F32
-    diagonal: F32
-
-
-TREE_STRUCTS = (TreeGrid, *SCENE_STRUCTS)
-
-
 class Bvh:
     """The tree of one SceneBuffers. `encode` brings it up to date; `resources` are for bind group 1 of those who walk
     it.
 
-    Raises DeviceError where the adapter cannot bind the scene's triangles at once.
+    `builder`: who chooses the tree's shape, "cpu", "gpu", or "auto" by the scene's size. Raises OptionError for other
+    words, DeviceError where the adapter cannot bind the scene's triangles at once.
     """
 
-    def __init__(self, scene: SceneBuffers) -> None:
+    def __init__(self, scene: SceneBuffers, builder: str = "auto") -> None:
+        if builder not in BUILDERS:
+            raise OptionError(f"builder must be one of {', '.join(BUILDERS)}, got {builder!r}")
         gpu, geometry = scene.gpu, scene.geometry
         self._gpu, self._scene = gpu, scene
         self._fitted: Geometry | None = None
@@ -97,30 +80,29 @@ class Bvh:
                 f"rays through surfaces with alpha masks read {CUTOUT_BUFFERS} storage buffers in one shader stage; "
                 f"this device allows {most}. Use visibility='map', or profile 'full' on an adapter that allows more."
             )
-        low, high, _ = triangle_boxes(geometry)
-        shape = shape_by_area(low, high)
+        by_gpu = builder == "gpu" or (builder == "auto" and count > MOST_ON_CPU)
+        most_nodes = max(2 * count - 1, 0)  # of trees by the CPU with a triangle in each leaf
         self.bytes = 0
-        self._node_count = len(shape.first) if count else 0
         self._levels = _pyramid_levels(count)
+        pyramid_bytes = max(16 * sum(self._levels), Lbvh.scratch_bytes(count) if by_gpu else 0)
         self.grid = self._buffer(dtype(TreeGrid).itemsize, _USAGE.UNIFORM, "the tree's grid")
-        self.nodes = self._buffer(16 * self._node_count, _USAGE.STORAGE | _USAGE.COPY_SRC, "the tree of the triangles")
+        self.nodes = self._buffer(16 * most_nodes, _USAGE.STORAGE, "the tree of the triangles")
         self.triangles = self._buffer(TRIANGLE_BYTES * count, _USAGE.STORAGE, "the tree's triangles")
         self._order = self._buffer(4 * count, _USAGE.STORAGE, "the order of the tree's triangles")
-        self._shapes = self._buffer(16 * self._node_count, _USAGE.STORAGE, "the shape of the tree")
-        self._pyramid = self._buffer(16 * sum(self._levels), _USAGE.STORAGE, "the boxes below the tree")
-        if count:
-            gpu.device.queue.write_buffer(self._order, 0, shape.order.astype(np.uint32))
-            gpu.device.queue.write_buffer(self._shapes, 0, _records(shape))
-        self._kernels = self._make_kernels()
+        self._shapes = self._buffer(16 * most_nodes, _USAGE.STORAGE, "the shape of the tree")
+        self._pyramid = self._buffer(pyramid_bytes, _USAGE.STORAGE, "the boxes below the tree")
+        self._parts = Parts(geometry, by_gpu=by_gpu)
+        self._lbvh = Lbvh(scene, self.grid, self._order, self._shapes, self._pyramid)
+        self._gather, self._reduce, self._bound = self._make_kernels()
 
     def _buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
         size = max(size, 256)
         self._gpu.check_buffer(size, what)
         self.bytes += size
-        return self._gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST)
+        return self._gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST | _USAGE.COPY_SRC)
 
-    def _make_kernels(self) -> list[tuple[Kernel, int]]:
-        """The steps of a refit, each with how many boxes it finds."""
+    def _make_kernels(self) -> tuple[Kernel, list[Kernel], Kernel]:
+        """The steps of a refit."""
         scene, pyramid = self._scene, {0: self.grid, 3: self._pyramid}
 
         def kernel(entry: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
@@ -130,7 +112,7 @@ class Bvh:
         gather = kernel("cs_gather", {0: gathered, 1: {0: scene.positions, 1: scene.indices}})
         reduce = [kernel("cs_reduce", {0: pyramid}, level=level) for level in range(1, len(self._levels))]
         bound = kernel("cs_bound", {0: {**pyramid, 4: self._shapes, 5: self.nodes}})
-        return list(zip([gather, *reduce, bound], [*self._levels, self._node_count], strict=True))
+        return gather, reduce, bound
 
     @property
     def has_cutouts(self) -> bool:
@@ -173,23 +155,25 @@ class Bvh:
         if geometry is self._fitted:
             return
         self._fitted = geometry
-        self._gpu.device.queue.write_buffer(self.grid, 0, pack(self._grid(geometry)))
+        change = self._parts.follow(geometry) if len(geometry.triangles) else Change(0)
+        self._write(change, geometry)
+        for build in change.builds:
+            self._lbvh.encode(commands, build)
+        if not change.node_count:
+            return
+        kernels, counts = [self._gather, *self._reduce, self._bound], [*self._levels, change.node_count]
         with commands.compute("tree") as compute:
-            for kernel, count in self._kernels if self._node_count else ():
+            for kernel, count in zip(kernels, counts, strict=True):
                 kernel.begin(compute)
                 compute.dispatch_workgroups(*groups_of(count))
 
-    def _grid(self, geometry: Geometry) -> TreeGrid:
-        low, high = geometry.bounds
-        cell = np.maximum(high - low, 1e-6 * max(geometry.diagonal, 1e-6)) / (GRID_CELLS - 2.0 * GRID_MARGIN)
-        return TreeGrid(
-            low_ws=tuple(low - GRID_MARGIN * cell),
-            triangle_count=len(geometry.triangles),
-            cells_per_metre=tuple(1.0 / cell),
-            node_count=self._node_count,
-            extent=geometry.extent,
-            diagonal=geometry.diagonal,
-        )
+    def _write(self, change: Change, geometry: Geometry) -> None:
+        queue = self._gpu.device.queue
+        queue.write_buffer(self.grid, 0, pack(grid_over(geometry, change.node_count)))
+        for place, order in change.order:
+            queue.write_buffer(self._order, 4 * place, order.astype(np.uint32))
+        for node, records in change.records:
+            queue.write_buffer(self._shapes, 16 * node, records)
 
 
 def tree_of(scene: SceneBuffers) -> Bvh:
@@ -199,23 +183,9 @@ def tree_of(scene: SceneBuffers) -> Bvh:
     return scene.tree
 
 
-def groups_of(count: int) -> tuple[int, int]:
-    """Workgroups along x and y that hold `count` invocations."""
-    groups = max(-(-count // INVOCATIONS), 1)
-    across = min(groups, MOST_GROUPS)
-    return across, -(-groups // across)
-
-
 def _pyramid_levels(count: int) -> list[int]:
     """Boxes in each level of the pyramid, from one per triangle to one."""
     levels = [count]
     while levels[-1] > 1:
         levels.append(-(-levels[-1] // FAN))
     return levels
-
-
-def _records(shape: Shape) -> npt.NDArray[np.uint32]:
-    """(n, 4) uint32: first, end and link of every node (refit.wgsl)."""
-    leaf = LEAF | (shape.end - shape.first - 1) << LEAF_COUNT_SHIFT | shape.first
-    link = np.where(shape.is_leaf, leaf, shape.skip)
-    return np.stack([shape.first, shape.end, link, np.zeros_like(link)], axis=1).astype(np.uint32)

@@ -11,30 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from softshadows.passes.bvh.shape import MOST_IN_LEAF, Integers, Shape
+
 Floats = npt.NDArray[np.float32]
-Integers = npt.NDArray[np.int64]
 
 BINS = 16
-LARGEST_LEAF = 8
-"""Triangles: as many as a leaf's link can count (tree_node.wgsl), and more than the heuristic ever wants."""
 NODE_COST = 0.5
 """What visiting a node costs, over testing a triangle. Between 0.25 and 2 the choice moves the rays' speed by 5 %."""
-
-
-@dataclass(frozen=True, eq=False)
-class Shape:
-    """A tree without bounds, nodes in preorder: a node's first child follows it, its second one follows the first's
-    tree.
-
-    order (t,): the triangles, leaf by leaf; first, end (n,): a node's triangles are order[first:end]; skip (n,): the
-    node that follows its tree; is_leaf (n,) bool. All whole numbers int64.
-    """
-
-    order: Integers
-    first: Integers
-    end: Integers
-    skip: Integers
-    is_leaf: npt.NDArray[np.bool_]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,15 +29,16 @@ class _Level:
     child: Integers
 
 
-def shape_by_area(low: Floats, high: Floats) -> Shape:
-    """The tree for the boxes with corners `low` and `high`, (3, t) float32 each: rows x, y, z."""
+def shape_by_area(low: Floats, high: Floats, largest_leaf: int = MOST_IN_LEAF) -> Shape:
+    """The tree for the boxes with corners `low` and `high`, (3, t) float32 each: rows x, y, z. No leaf holds more than
+    `largest_leaf`."""
     count = low.shape[1]
     order = np.arange(count)
     middle = (low + high) * np.float32(0.5)
     levels: list[_Level] = []
     first, end = np.array([0]), np.array([count])
     while len(first):
-        split = _splits(low, high, middle, order, first, end)
+        split = _splits(low, high, middle, order, first, end, largest_leaf)
         is_inner = split > first
         child = np.where(is_inner, 2 * (np.cumsum(is_inner) - 1), -1)
         levels.append(_Level(first, end, child))
@@ -65,7 +49,15 @@ def shape_by_area(low: Floats, high: Floats) -> Shape:
     return _in_preorder(levels, order)
 
 
-def _splits(low: Floats, high: Floats, middle: Floats, order: Integers, first: Integers, end: Integers) -> Integers:
+def _splits(
+    low: Floats,
+    high: Floats,
+    middle: Floats,
+    order: Integers,
+    first: Integers,
+    end: Integers,
+    largest_leaf: int,
+) -> Integers:
     """Where each node's triangles are cut in two, or its `first` for a leaf. Sorts `order` so that they can be."""
     split = first.copy()
     large = np.flatnonzero(end - first > 1)
@@ -108,7 +100,7 @@ def _splits(low: Floats, high: Floats, middle: Floats, order: Integers, first: I
     best = cost.argmin(axis=1)
     rows = np.arange(len(large))
     whole = before[:, -1]
-    is_leaf = (counts <= LARGEST_LEAF) & (whole * counts <= NODE_COST * 2.0 * whole + cost[rows, best])
+    is_leaf = (counts <= largest_leaf) & (whole * counts <= NODE_COST * 2.0 * whole + cost[rows, best])
     cut = np.where(np.isinf(cost[rows, best]), counts // 2, number_before[rows, best])  # all in one place: halve them
     split[large] += np.where(is_leaf, 0, cut)
     return split
