@@ -268,9 +268,9 @@ fn take_windows(share: f32) {
 
 // By how many rows a sample's maps are shifted against the middle one's: an edge along the light, which all of them see in
 // one row, is not moved to a row's border by all of them, but by each to another place. Neighbours differ by less than half
-// a row. Two maps are the papers' and keep the same rows.
+// a row. Two maps are the papers' and keep the same rows; without a length, all samples are one.
 fn row_shift(sample: u32) -> f32 {
-    if light.sample_count < 3u {
+    if light.sample_count < 3u || light.half_width == 0.0 {
         return 0.0;
     }
     return (f32(sample) + 0.5) / f32(light.sample_count) - 0.5;
