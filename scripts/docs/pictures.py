@@ -37,6 +37,7 @@ MOST_BYTES = 100_000
 DEMO_BYTES = 250_000
 GAP = 4
 """Grey pixels between the panels of a picture."""
+NEARLY_WHITE = 244
 SAMPLES = 256
 AMPLIFICATION = 5.0
 
@@ -113,9 +114,7 @@ SHOWN: dict[str, tuple[Shown, Shown]] = {
     ),
     "penumbra_wedges": (
         Shown("exact at any distance, without a map", "figures", {"blending": "union"}),
-        Shown(
-            "adding what each silhouette hides is too dark where they overlap", "sphere_cube", {"blending": "additive"}
-        ),
+        Shown("sums are too dark where silhouettes overlap", "sphere_cube", {"blending": "additive"}, camera=SPHERES),
     ),
 }
 """Each technique's picture, and the picture of its failure."""
@@ -248,7 +247,11 @@ def _save(path: Path, panels: list[Pixels], most_bytes: int = MOST_BYTES) -> Non
     sheet.save(path, optimize=True)
     if path.stat().st_size > most_bytes:
         palette = sheet.quantize(256, method=Image.Quantize.MAXCOVERAGE)
-        sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG).save(path, optimize=True)
+        few = sheet.quantize(palette=palette, dither=Image.Dither.FLOYDSTEINBERG)
+        colors = np.reshape(few.getpalette() or [], (-1, 3))
+        colors[colors.min(axis=1) >= NEARLY_WHITE] = 255  # no error, fully lit: white without a tint
+        few.putpalette(colors.ravel().tolist())
+        few.save(path, optimize=True)
 
 
 if __name__ == "__main__":
