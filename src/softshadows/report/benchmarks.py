@@ -61,12 +61,7 @@ def committed_results(root: Path) -> list[Path]:
 
 def _section(data: dict[str, Any], charts: dict[str, str]) -> str:
     suite, pictures = data["suite"], data["pictures"]
-    command = (
-        f"`python benchmarks/peers/run.py --json benchmarks/results/{suite}.json`"
-        if suite == PEERS
-        else f"`softshadows bench {suite} --json benchmarks/results/{suite}.json`"
-    )
-    parts = [f"## {suite}", describe(suite) if suite in SUITES else PEERS_SAY, command, _machine(data)]
+    parts = [f"## {suite}", describe(suite) if suite in SUITES else PEERS_SAY, _command(data), _machine(data)]
     if any("axis" in picture["figures"] for picture in pictures):
         parts += _growth(suite, pictures, charts)
     else:
@@ -78,6 +73,15 @@ def _section(data: dict[str, Any], charts: dict[str, str]) -> str:
     if skipped:
         parts.append("Left out:\n\n" + "\n".join(skipped))
     return "\n\n".join(parts)
+
+
+def _command(data: dict[str, Any]) -> str:
+    """What measures the figures again, with as many rays and frames."""
+    suite, pictures = data["suite"], data["pictures"]
+    program = "python benchmarks/peers/run.py" if suite == PEERS else f"softshadows bench {suite}"
+    rays = max(picture["truth"]["samples"] for picture in pictures)
+    frames = max(row["times"]["frame"]["frames"] for picture in pictures for row in picture["techniques"])
+    return f"`{program} --samples {rays} --repeats {frames} --json benchmarks/results/{suite}.json`"
 
 
 def _machine(data: dict[str, Any]) -> str:
