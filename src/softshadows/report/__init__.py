@@ -4,8 +4,12 @@ environment    the machine, the adapter and the versions behind the figures
 kept           measurements on disk, from which an interrupted comparison goes on
 schedule       how far a long run has come
 measure        one shot through several techniques: frames, times, errors
+turns          frames of several techniques timed in turns
 pictures       arrays to PNG
 results        the JSON that benchmarks and the page are made from
+schema         its shape, checked
+changes        what got worse from one JSON to another
+benchmarks     the benchmark page, with the charts of charts.py
 page/          the HTML page: template, tables, plot, data, and the script that draws them
 demo           `make demo`
 """
