@@ -112,7 +112,7 @@ def test_the_plot_marks_the_front() -> None:
     assert text.count('class="best"') == 2, "one is faster, the other exact"
     made.results[0].times["frame"] = made.results[1].times["frame"]
     assert plot(made).count('class="best"') == 1
-    assert "closer to the truth than uniform:grid=3." in plot(made)
+    assert "closer to the truth: uniform:grid=3." in plot(made)
     assert "nan" not in text.lower()
 
 

@@ -30,8 +30,8 @@ from softshadows.scene.model import Scene
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
 
-CODE = ("*.py", "*.wgsl", "*.npy")
-"""Files of the package that figures depend on."""
+CODE, BESIDE = ("*.py", "*.wgsl", "*.npy"), "page"
+"""Files of the package that figures depend on, and the folder that only shows them."""
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -136,7 +136,7 @@ def _machine() -> str:
     """Where and by what is measured: adapter, processor, and the code itself."""
     package = Path(softshadows.__file__).parent
     state = hashlib.blake2b(f"{describe()}{cpu_name()}{np.__version__}".encode(), digest_size=16)
-    for path in sorted(path for pattern in CODE for path in package.rglob(pattern)):
+    for path in sorted(path for pattern in CODE for path in package.rglob(pattern) if path.parent.name != BESIDE):
         state.update(str(path.relative_to(package)).encode())
         state.update(path.read_bytes())
     return state.hexdigest()

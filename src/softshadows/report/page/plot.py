@@ -74,13 +74,13 @@ def plot(measurement: Measurement) -> str:
     front = pareto_front(points)
     line = " ".join(f"{across.at(p.ms):.1f},{up.at(p.error):.1f}" for p in front)
     says = (
-        f"Error against time of {measurement.shot.name}. "
-        f"None here is both faster and closer to the truth than {', '.join(p.label for p in front)}."
+        f"Error against time of {measurement.shot.name}. On the Pareto front, where no other is both faster and closer "
+        f"to the truth: {', '.join(p.label for p in front)}."
     )
     return (
         f'<figure class="plot"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(says)}">'
         f'{_grid(across, up)}<polyline class="front" points="{line}"/>{_marks(points, front, across, up)}</svg>'
-        f"<figcaption>{escape(says)} Filled points and the line mark that Pareto front; lower left is better. "
+        f"<figcaption>{escape(says)} Filled points and the line mark it; lower left is better. "
         "The error is the rmse of visibility over all lights.</figcaption></figure>"
     )
 

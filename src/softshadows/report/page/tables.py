@@ -9,11 +9,13 @@ from html import escape
 from softshadows.report.measure import Measurement, Result
 
 MEBIBYTE = 2**20
+TIME = "time"
+"""The format of milliseconds: three or four figures, whatever the adapter."""
 
 
 @dataclass(frozen=True)
 class Column:
-    """A figure: its heading, how it is written, what it means, and where it comes from (a result and a light's index).
+    """A figure: its heading, its format, what it means, and where it comes from (a result and a light's index).
 
     The least of a figure that `is_error` is set in bold.
     """
@@ -40,9 +42,9 @@ def _error(name: str) -> Callable[[Result, int], float | None]:
 COLUMNS = (
     Column("shadow maps", "d", "maps drawn for the frame, all lights together", lambda r, _: r.stats["shadow_maps"]),
     Column("look-ups", ".1f", "shadow-map reads, on average per pixel", lambda r, _: r.stats["lookups_per_pixel"]),
-    Column("ms", ".1f", "median wall time of a frame and its read-back, all drawn anew", lambda r, _: r.frame_ms),
-    Column("ms at rest", ".1f", "the same where nothing moved since the last frame", lambda r, _: _at_rest_ms(r)),
-    Column("GPU ms", ".1f", "time on the GPU of a frame drawn anew, where the adapter tells", lambda r, _: _gpu_ms(r)),
+    Column("ms", TIME, "median wall time of a frame and its read-back, all drawn anew", lambda r, _: r.frame_ms),
+    Column("ms at rest", TIME, "the same where nothing moved since the last frame", lambda r, _: _at_rest_ms(r)),
+    Column("GPU ms", TIME, "time on the GPU of a frame drawn anew, where the adapter tells", lambda r, _: _gpu_ms(r)),
     Column(
         "GPU MiB", ".0f", "held on the GPU, the scene's share included", lambda r, _: r.stats["gpu_bytes"] / MEBIBYTE
     ),
@@ -148,4 +150,10 @@ def _cell(column: Column, value: float | None, best: float | None) -> str:
     if value is None:
         return "<td>–</td>"
     is_best = column.is_error and best is not None and abs(value) <= best
-    return f"<td{' class=best' if is_best else ''}>{format(value, column.form)}</td>"
+    return f"<td{' class=best' if is_best else ''}>{_written(value, column.form)}</td>"
+
+
+def _written(value: float, form: str) -> str:
+    if form != TIME:
+        return format(value, form)
+    return f"{value:.2f}" if value < 100.0 else f"{value:,.0f}"
