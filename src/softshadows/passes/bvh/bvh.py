@@ -36,7 +36,7 @@ _USAGE = wgpu.BufferUsage
 FAN = 4
 """Boxes below each box of the pyramid (refit.wgsl)."""
 BUILDERS = ("auto", "cpu", "gpu")
-MOST_ON_CPU = 1 << 18
+MOST_ON_CPU = 300_000
 """Triangles up to which the CPU builds: about a second's work, for a tree that is walked faster."""
 TRIANGLE_BYTES = 48
 CUT_SHORT = (
@@ -80,8 +80,8 @@ class Bvh:
                 f"rays through surfaces with alpha masks read {CUTOUT_BUFFERS} storage buffers in one shader stage; "
                 f"this device allows {most}. Use visibility='map', or profile 'full' on an adapter that allows more."
             )
-        by_gpu = builder == "gpu" or (builder == "auto" and count > MOST_ON_CPU)
-        most_nodes = max(2 * count - 1, 0)  # of trees by the CPU with a triangle in each leaf
+        by_gpu = count > 0 and (builder == "gpu" or (builder == "auto" and count > MOST_ON_CPU))
+        most_nodes = max(2 * count - 1, 0)  # with a triangle in each leaf
         self.bytes = 0
         self._levels = _pyramid_levels(count)
         pyramid_bytes = max(16 * sum(self._levels), Lbvh.scratch_bytes(count) if by_gpu else 0)
@@ -91,8 +91,8 @@ class Bvh:
         self._order = self._buffer(4 * count, _USAGE.STORAGE, "the order of the tree's triangles")
         self._shapes = self._buffer(16 * most_nodes, _USAGE.STORAGE, "the shape of the tree")
         self._pyramid = self._buffer(pyramid_bytes, _USAGE.STORAGE, "the boxes below the tree")
-        self._parts = Parts(geometry, by_gpu=by_gpu)
-        self._lbvh = Lbvh(scene, self.grid, self._order, self._shapes, self._pyramid)
+        self._parts = Parts(geometry) if count and not by_gpu else None
+        self._lbvh = self._make_lbvh() if by_gpu else None
         self._gather, self._reduce, self._bound = self._make_kernels()
 
     def _buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
@@ -100,6 +100,18 @@ class Bvh:
         self._gpu.check_buffer(size, what)
         self.bytes += size
         return self._gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST | _USAGE.COPY_SRC)
+
+    def _make_lbvh(self) -> Lbvh:
+        lbvh = Lbvh(
+            self._scene,
+            grid=self.grid,
+            order=self._order,
+            shapes=self._shapes,
+            nodes=self.nodes,
+            scratch=self._pyramid,
+        )
+        self.bytes += lbvh.bytes
+        return lbvh
 
     def _make_kernels(self) -> tuple[Kernel, list[Kernel], Kernel]:
         """The steps of a refit."""
@@ -155,17 +167,31 @@ class Bvh:
         if geometry is self._fitted:
             return
         self._fitted = geometry
-        change = self._parts.follow(geometry) if len(geometry.triangles) else Change(0)
-        self._write(change, geometry)
-        for build in change.builds:
-            self._lbvh.encode(commands, build)
-        if not change.node_count:
-            return
-        kernels, counts = [self._gather, *self._reduce, self._bound], [*self._levels, change.node_count]
+        if self._lbvh is not None:
+            self._build(self._lbvh, commands, geometry)
+        elif self._parts is not None:
+            change = self._parts.follow(geometry)
+            self._write(change, geometry)
+            self._fit(commands, change.node_count)
+        else:
+            self._write(Change(0), geometry)
+
+    def _build(self, lbvh: Lbvh, commands: Commands, geometry: Geometry) -> None:
+        """A new tree, by the GPU: of boxes with a triangle each, which decide how many are to share one."""
+        most_nodes = 2 * len(geometry.triangles) - 1
+        self._write(Change(most_nodes), geometry)
+        lbvh.encode_split(commands)
+        self._fit(commands, most_nodes)
+        lbvh.encode_merge(commands)
         with commands.compute("tree") as compute:
-            for kernel, count in zip(kernels, counts, strict=True):
-                kernel.begin(compute)
-                compute.dispatch_workgroups(*groups_of(count))
+            _run(compute, self._bound, most_nodes)
+
+    def _fit(self, commands: Commands, node_count: int) -> None:
+        """Boxes for the tree whose shape is known."""
+        with commands.compute("tree") as compute:
+            for kernel, count in zip([self._gather, *self._reduce], self._levels, strict=True):
+                _run(compute, kernel, count)
+            _run(compute, self._bound, node_count)
 
     def _write(self, change: Change, geometry: Geometry) -> None:
         queue = self._gpu.device.queue
@@ -174,6 +200,11 @@ class Bvh:
             queue.write_buffer(self._order, 4 * place, order.astype(np.uint32))
         for node, records in change.records:
             queue.write_buffer(self._shapes, 16 * node, records)
+
+
+def _run(compute: wgpu.GPUComputePassEncoder, kernel: Kernel, count: int) -> None:
+    kernel.begin(compute)
+    compute.dispatch_workgroups(*groups_of(count))
 
 
 def tree_of(scene: SceneBuffers) -> Bvh:

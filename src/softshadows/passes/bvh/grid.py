@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from softshadows.gpu.layout import F32, U32, Struct, Vec3f
+from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS
 from softshadows.scene.geometry import Geometry
 
@@ -36,6 +36,8 @@ class TreeGrid(Struct):
 
 
 TREE_STRUCTS = (TreeGrid, *SCENE_STRUCTS)
+NODE_COUNT_OFFSET: int = dtype(TreeGrid).fields["node_count"][1]  # type: ignore[index]
+"""Bytes: where a build on the GPU puts the count that it alone knows."""
 
 
 def grid_over(geometry: Geometry, node_count: int) -> TreeGrid:

@@ -1,85 +1,60 @@
-// The shape of a tree over triangles along a space-filling curve, all nodes at once (Karras 2012, "Maximizing Parallelism in
-// the Construction of BVHs, Octrees, and k-d Trees").
+// The shape of a tree with a triangle in each leaf, along a space-filling curve, all nodes at once (Karras 2012, "Maximizing
+// Parallelism in the Construction of BVHs, Octrees, and k-d Trees").
 //
 //     cs_code     where each triangle lies along the curve; then sort.wgsl
-//     cs_split    of every inner node: its leaves, and where they part
-//     cs_number   every node's place in preorder, and its record
+//     cs_split    of every inner node: its places in the sorted order, and where its children part
+//     cs_number   every node's place in preorder, and its record; then, once there are boxes, merge.wgsl
 //
-// A leaf is a run of LEAF_TRIANGLES in the sorted order. Inner nodes are numbered as in the paper, the root 0; leaves follow.
+// Until they have places in preorder, nodes are numbered as in the paper: inner ones from 0, the root, and then the leaves.
 
 //#include "scene.wgsl"
 //#include "tree_node.wgsl"
-//#struct BuildStep
+//#include "lbvh_scratch.wgsl"
 
-@group(0) @binding(0) var<uniform> step: BuildStep;
-@group(0) @binding(1) var<storage, read_write> order: array<u32>;
-@group(0) @binding(2) var<storage, read_write> scratch: array<u32>;  // codes, then as `parent_at` and `range_at` say (lbvh.py)
-@group(0) @binding(3) var<storage, read_write> shapes: array<vec4u>;  // refit.wgsl
-@group(0) @binding(4) var<uniform> tree: TreeGrid;
-
-override LEAF_TRIANGLES = 4u;
+@group(0) @binding(4) var<storage, read_write> shapes: array<vec4u>;  // refit.wgsl
 
 const INVOCATIONS = 64u;
 const IS_FIRST_CHILD = 0x80000000u;
-const CELLS = 65535.0;
+const LAST_CELL = 65535.0;
 
 fn invocation(id: vec3u, groups: vec3u) -> u32 {
     return id.y * groups.x * INVOCATIONS + id.x;
 }
 
-// Two empty bits after each of eight.
-fn spread(bits: vec3u) -> vec3u {
-    var result = bits & vec3u(0xffu);
-    result = (result | (result << vec3u(8u))) & vec3u(0x0000f00fu);
-    result = (result | (result << vec3u(4u))) & vec3u(0x000c30c3u);
-    return (result | (result << vec3u(2u))) & vec3u(0x00249249u);
+// Eight bits of each coordinate, in turns from x on.
+fn interleaved(coordinates: vec3u) -> u32 {
+    var bits = coordinates & vec3u(0xffu);
+    bits = (bits | (bits << vec3u(8u))) & vec3u(0x00f00fu);
+    bits = (bits | (bits << vec3u(4u))) & vec3u(0x0c30c3u);
+    bits = (bits | (bits << vec3u(2u))) & vec3u(0x249249u);
+    return bits.x | (bits.y << 1u) | (bits.z << 2u);
 }
 
-fn interleaved(bits: vec3u) -> u32 {
-    let parts = spread(bits);
-    return parts.x | (parts.y << 1u) | (parts.z << 2u);
-}
-
-// A code is two words, the lower one first: 24 bits each, of eight a coordinate. Cells are cubes, so that a flat scene is cut
-// across its long sides first.
+// A code has 48 bits, the lower 24 in its first word. Its cells are cubes, so that a flat scene is not cut along its flat side.
 @compute @workgroup_size(INVOCATIONS)
 fn cs_code(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = invocation(id, groups);
-    if index >= step.count {
+    let triangle = invocation(id, groups);
+    if triangle >= tree.triangle_count {
         return;
     }
-    let triangle = order[step.first_place + index];
     let vertices = triangle_vertices(triangle);
     let a = vertex_position_ws(vertices.x) - tree.low_ws;
     let b = vertex_position_ws(vertices.y) - tree.low_ws;
     let c = vertex_position_ws(vertices.z) - tree.low_ws;
     let cells_per_metre = min(min(tree.cells_per_metre.x, tree.cells_per_metre.y), tree.cells_per_metre.z);
-    let cell = vec3u(clamp((a + b + c) / 3.0 * cells_per_metre, vec3f(0.0), vec3f(CELLS)));
-    scratch[2u * triangle] = interleaved(cell);
-    scratch[2u * triangle + 1u] = interleaved(cell >> vec3u(8u));
+    let cell = vec3u(clamp((a + b + c) / 3.0 * cells_per_metre, vec3f(0.0), vec3f(LAST_CELL)));
+    scratch[code_at(triangle)] = interleaved(cell);
+    scratch[code_at(triangle) + 1u] = interleaved(cell >> vec3u(8u));
+    order[triangle] = triangle;
 }
 
-fn leaf_count() -> u32 {
-    return (step.count + LEAF_TRIANGLES - 1u) / LEAF_TRIANGLES;
-}
-
-// By node: its parent, with a bit for first children.
-fn parent_at(node: u32) -> u32 {
-    return step.list_start + node;
-}
-
-// By inner node: its first leaf, and its last.
-fn range_at(node: u32) -> u32 {
-    return step.list_start + 2u * leaf_count() + 2u * node;
-}
-
-// How many bits two leaves' codes have in common from the highest on: equal ones part by their places. -1 past the ends.
-fn common_bits(leaf: i32, other: i32) -> i32 {
-    if other < 0 || other >= i32(leaf_count()) {
+// How many bits the codes at two places have in common from the highest on; equal codes part by their places. -1 past the ends.
+fn common_bits(place: i32, other: i32) -> i32 {
+    if other < 0 || other >= i32(tree.triangle_count) {
         return -1;
     }
-    let a = 2u * order[step.first_place + LEAF_TRIANGLES * u32(leaf)];
-    let b = 2u * order[step.first_place + LEAF_TRIANGLES * u32(other)];
+    let a = code_at(order[place]);
+    let b = code_at(order[other]);
     let upper = scratch[a + 1u] ^ scratch[b + 1u];
     if upper != 0u {
         return i32(countLeadingZeros(upper));
@@ -88,76 +63,73 @@ fn common_bits(leaf: i32, other: i32) -> i32 {
     if lower != 0u {
         return 32 + i32(countLeadingZeros(lower));
     }
-    return 64 + i32(countLeadingZeros(u32(leaf) ^ u32(other)));
+    return 64 + i32(countLeadingZeros(u32(place) ^ u32(other)));
 }
 
 @compute @workgroup_size(INVOCATIONS)
 fn cs_split(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = invocation(id, groups);
-    if index + 1u >= leaf_count() {
+    let node = invocation(id, groups);
+    if node + 1u >= tree.triangle_count {
         return;
     }
-    let node = i32(index);
-    // The node's leaves: from this one on in the direction of the nearer neighbour, as far as they share more with it than the
-    // other neighbour does.
-    let direction = select(-1, 1, common_bits(node, node + 1) > common_bits(node, node - 1));
-    let outside = common_bits(node, node - direction);
+    // Its places run from here towards the neighbour with more bits in common, as long as there are more of them than the other
+    // neighbour has.
+    let place = i32(node);
+    let direction = select(-1, 1, common_bits(place, place + 1) > common_bits(place, place - 1));
+    let outside = common_bits(place, place - direction);
     var most = 2;
-    while common_bits(node, node + most * direction) > outside {
+    while common_bits(place, place + most * direction) > outside {
         most *= 2;
     }
     var reach = 0;
     for (var jump = most / 2; jump >= 1; jump /= 2) {
-        if common_bits(node, node + (reach + jump) * direction) > outside {
+        if common_bits(place, place + (reach + jump) * direction) > outside {
             reach += jump;
         }
     }
-    let other_end = node + reach * direction;
-    // They part where they share more bits than all of them do.
-    let shared_bits = common_bits(node, other_end);
+    let other_end = place + reach * direction;
+    // The children part where more bits are in common than all of the node's places have.
+    let inside = common_bits(place, other_end);
     var parted = 0;
     var jump = reach;
     while jump > 1 {
         jump = (jump + 1) / 2;
-        if common_bits(node, node + (parted + jump) * direction) > shared_bits {
+        if common_bits(place, place + (parted + jump) * direction) > inside {
             parted += jump;
         }
     }
-    let split = u32(node + parted * direction + min(direction, 0));
-    let first = u32(min(node, other_end));
-    let last = u32(max(node, other_end));
-    let first_leaf = leaf_count() - 1u;  // as a node
-    scratch[parent_at(select(split, first_leaf + split, split == first))] = index | IS_FIRST_CHILD;
-    scratch[parent_at(select(split + 1u, first_leaf + split + 1u, split + 1u == last))] = index;
-    scratch[range_at(index)] = first;
-    scratch[range_at(index) + 1u] = last;
+    let split = u32(place + parted * direction + min(direction, 0));
+    let first = u32(min(place, other_end));
+    let last = u32(max(place, other_end));
+    let leaves = tree.triangle_count - 1u;  // the number of the first one
+    scratch[parent_at(select(split, leaves + split, split == first))] = node | IS_FIRST_CHILD;
+    scratch[parent_at(select(split + 1u, leaves + split + 1u, split + 1u == last))] = node;
+    scratch[range_at(node)] = first;
+    scratch[range_at(node) + 1u] = last;
 }
 
 @compute @workgroup_size(INVOCATIONS)
 fn cs_number(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let node = invocation(id, groups);
-    if node + 1u >= 2u * leaf_count() {
+    if node >= tree.node_count {
         return;
     }
-    let is_leaf = node + 1u >= leaf_count();
-    var first = node + 1u - leaf_count();
+    let is_leaf = node + 1u >= tree.triangle_count;
+    var first = node + 1u - tree.triangle_count;
     var last = first;
     if !is_leaf {
         first = scratch[range_at(node)];
         last = scratch[range_at(node) + 1u];
     }
-    // Before a node in preorder come the nodes above it, and trees over all leaves before it, each with one inner node less than
-    // leaves: the trees are as many as the second children among the node and those above it.
-    var place = step.first_node + 2u * first;
+    // Before a node in preorder come the nodes above it, and trees over all places before its own, each with one inner node less
+    // than leaves. There are as many of them as second children among the node and those above it; the first children remain.
+    var number = 2u * first;
     var child = node;
     while child != 0u {
         let parent = scratch[parent_at(child)];
-        place += parent / IS_FIRST_CHILD;
+        number += parent / IS_FIRST_CHILD;
         child = parent & ~IS_FIRST_CHILD;
     }
-    let first_triangle = step.first_place + LEAF_TRIANGLES * first;
-    let end_triangle = step.first_place + min(LEAF_TRIANGLES * (last + 1u), step.count);
-    let leaf_link = LEAF | ((end_triangle - first_triangle - 1u) << LEAF_COUNT_SHIFT) | first_triangle;
-    let skip = place + 2u * (last + 1u - first) - 1u;
-    shapes[place] = vec4u(first_triangle, end_triangle, select(skip, leaf_link, is_leaf), 0u);
+    let skip = number + 2u * (last + 1u - first) - 1u;
+    shapes[number] = vec4u(first, last + 1u, select(skip, LEAF | first, is_leaf), 0u);
 }

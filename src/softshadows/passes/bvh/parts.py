@@ -1,15 +1,16 @@
-"""What the scene's tree is made of: a part over the nodes at rest, and a part over those that have moved.
+"""What the CPU's tree is made of: a part over the nodes at rest, and one for each node that has moved.
 
 A tree that is only refitted grows slow when things move far, since its boxes stretch over the way between. So a node
 that moves for the first time leaves the part at rest, which stays as it is while the same nodes move:
 
     root
     |- at rest
-    `- moved        by the CPU: a tree for each node, under a top level that each move chooses by surface area
-                    by the GPU: one tree, which each move builds again
+    `- top level        by surface area over the boxes of what has moved; chosen anew with each move
+       |- a node
+       `- ...
 
-The CPU's trees are filtered out of the one that it built in the beginning, so that no node's first move waits for a
-build. Positions are world space and all nodes lie in one array, so that walk and refit know nothing of parts.
+Parts are filtered out of the tree that was built in the beginning, so that no move waits for a build. Positions are
+world space and all parts lie in one array, so that walk and refit know nothing of them.
 """
 
 from __future__ import annotations
@@ -28,93 +29,62 @@ from softshadows.scene.model import Mesh
 
 Bools = npt.NDArray[np.bool_]
 
-LBVH_LEAF = 4
-"""Triangles in a leaf of a tree that the GPU builds (lbvh.wgsl)."""
-
-
-@dataclass(frozen=True)
-class Build:
-    """A tree for the GPU to build: over `count` triangles listed from `first_place` on, into nodes from `first_node`
-    on."""
-
-    first_place: int
-    count: int
-    first_node: int
-
 
 @dataclass(eq=False)
 class Change:
-    """What to write before the next refit, each piece with where it begins, and then to build; the tree's nodes."""
+    """What to write before the next refit: pieces of the order and of the shape's records, each with where it begins.
+    And how many nodes there are then."""
 
     node_count: int
     order: list[tuple[int, Integers]] = field(default_factory=list)
     records: list[tuple[int, Records]] = field(default_factory=list)
-    builds: list[Build] = field(default_factory=list)
-
-
-@dataclass(frozen=True, eq=False)
-class _Part:
-    """Triangles, and the shape of the tree over them: None if the GPU builds it."""
-
-    triangles: Integers
-    shape: Shape | None
-
-    @property
-    def node_count(self) -> int:
-        return lbvh_node_count(len(self.triangles)) if self.shape is None else len(self.shape.first)
 
 
 class Parts:
-    """The parts of one scene, from its first geometry on. `by_gpu` leaves the shapes to the GPU."""
+    """The parts of one scene, from its first geometry on."""
 
-    def __init__(self, geometry: Geometry, *, by_gpu: bool) -> None:
+    def __init__(self, geometry: Geometry) -> None:
         self._moves = Moves(geometry)
-        self._whole = None if by_gpu else shape_by_area(*triangle_boxes(geometry)[:2])
+        self._whole = self._at_rest = shape_by_area(*triangle_boxes(geometry)[:2])
         self._of_nodes: list[Shape] = []
-        self._at_rest: _Part | None = None
+        self._is_new = True
 
     def follow(self, geometry: Geometry) -> Change:
         """What `geometry` changes, in which nodes may lie elsewhere than in the one before."""
-        divides = self._moves.follow(geometry) or self._at_rest is None
-        if self._at_rest is None or divides:
-            self._at_rest = self._rest()
-        rest, moved = self._at_rest, self._moved(divides)
-        root = int(len(rest.triangles) > 0 and len(moved.triangles) > 0)
-        change = Change(root + rest.node_count + moved.node_count)
+        divides = self._moves.follow(geometry)
         if divides:
+            self._divide()
+        rest, moved = self._at_rest, self._joined()
+        root = int(len(rest.order) > 0 and len(moved.order) > 0)
+        first_place, first_node = len(rest.order), root + len(rest.first)
+        change = Change(first_node + len(moved.first))
+        if divides or self._is_new:
             if root:
-                count = len(rest.triangles) + len(moved.triangles)
-                change.records.append((0, records_of(0, count, change.node_count)))
-            self._place(change, rest, 0, root)
-        self._place(change, moved, len(rest.triangles), root + rest.node_count)
+                change.records.append((0, records_of(0, first_place + len(moved.order), change.node_count)))
+            self._put(change, rest, 0, root)
+        self._put(change, moved, first_place, first_node)
+        self._is_new = False
         return change
 
-    def _place(self, change: Change, part: _Part, first_place: int, first_node: int) -> None:
-        if not len(part.triangles):
-            return
-        change.order.append((first_place, self._moves.listed(part.triangles)))
-        if part.shape is None:
-            change.builds.append(Build(first_place, len(part.triangles), first_node))
-        else:
-            change.records.append((first_node, part.shape.records(first_place, first_node)))
+    def _put(self, change: Change, part: Shape, first_place: int, first_node: int) -> None:
+        if len(part.order):
+            change.order.append((first_place, self._moves.listed(part.order)))
+            change.records.append((first_node, part.records(first_place, first_node)))
 
-    def _rest(self) -> _Part:
-        at_rest = ~self._moves.has_moved[self._moves.node_of]
-        if self._whole is None:
-            return _Part(np.flatnonzero(at_rest), None)
-        shape = self._whole.only(at_rest[self._whole.order])
-        return _Part(shape.order, shape)
+    def _divide(self) -> None:
+        """Let each node that has moved have its own tree."""
+        moves, whole = self._moves, self._whole
+        has_moved = moves.has_moved[moves.node_of[whole.order]]
+        self._at_rest = whole.only(~has_moved)
+        nodes = np.flatnonzero(moves.has_moved)
+        self._of_nodes = _separated(whole.only(has_moved), moves.node_of, nodes) if len(nodes) else []
 
-    def _moved(self, divides: bool) -> _Part:
-        nodes, node_of = np.flatnonzero(self._moves.has_moved), self._moves.node_of
-        has_moved = self._moves.has_moved[node_of]
-        if self._whole is None or not len(nodes):
-            return _Part(np.flatnonzero(has_moved), None)
-        if divides:
-            self._of_nodes = _separated(self._whole.only(has_moved[self._whole.order]), node_of, nodes)
-        top = shape_by_area(*self._moves.boxes(nodes), largest_leaf=1)
-        shape = joined(top, self._of_nodes)
-        return _Part(shape.order, shape)
+    def _joined(self) -> Shape:
+        """The tree over all that has moved; empty if nothing has."""
+        nodes = np.flatnonzero(self._moves.has_moved)
+        if not len(nodes):
+            return self._whole.only(np.zeros(len(self._whole.order), bool))
+        return joined(shape_by_area(*self._moves.boxes(nodes), largest_leaf=1), self._of_nodes)
 
 
 class Moves:
@@ -159,11 +129,6 @@ class Moves:
         after, _ = _vertices(geometry, listed_at)
         differ = self._last.positions[ranges(before, counts)] != geometry.positions[ranges(after, counts)]
         return np.logical_or.reduceat(differ.any(axis=1), starts_of(counts)[:-1])
-
-
-def lbvh_node_count(triangles: int) -> int:
-    """Nodes of a tree that the GPU builds over so many triangles."""
-    return max(2 * -(-triangles // LBVH_LEAF) - 1, 0)
 
 
 def _separated(shape: Shape, node_of: Integers, nodes: Integers) -> list[Shape]:

@@ -1,4 +1,4 @@
-// A build's triangles in the order of their codes: a radix sort, eight bits at a time from the lowest up, each pass stable.
+// Triangles in the order of their codes: a radix sort, eight bits at a time from the lowest up, each pass stable.
 //
 //     cs_count         how often each digit stands in each block of triangles; a workgroup has one block
 //     cs_scan_blocks   by digit: how often in the blocks before
@@ -7,18 +7,18 @@
 //
 // Workgroups hear of each other between dispatches only, so that it does not matter which of them run at one time.
 
-//#struct BuildStep
+//#include "lbvh_scratch.wgsl"
+//#include "sum_up_to.wgsl"
+//#struct SortPass
 
-@group(0) @binding(0) var<uniform> step: BuildStep;
-@group(0) @binding(1) var<storage, read_write> order: array<u32>;
-@group(0) @binding(2) var<storage, read_write> scratch: array<u32>;  // codes, the other list, counts (lbvh.py)
+@group(0) @binding(2) var<uniform> sort: SortPass;
 
 const DIGITS = 256u;   // and invocations: each has a digit of its own
 const BLOCK = 2048u;   // triangles
 const WORDS = DIGITS / 32u;
 
 fn block_count() -> u32 {
-    return (step.count + BLOCK - 1u) / BLOCK;
+    return (tree.triangle_count + BLOCK - 1u) / BLOCK;
 }
 
 fn block_of(group: vec3u, groups: vec3u) -> u32 {
@@ -27,28 +27,28 @@ fn block_of(group: vec3u, groups: vec3u) -> u32 {
 
 // From `order` to the other list in passes 0, 2 and 4, and back in the others.
 fn triangle_from(index: u32) -> u32 {
-    if step.digit % 2u == 0u {
-        return order[step.first_place + index];
+    if sort.digit % 2u == 0u {
+        return order[index];
     }
-    return scratch[step.list_start + index];
+    return scratch[list_start() + index];
 }
 
 fn put(index: u32, triangle: u32) {
-    if step.digit % 2u == 0u {
-        scratch[step.list_start + index] = triangle;
+    if sort.digit % 2u == 0u {
+        scratch[list_start() + index] = triangle;
     } else {
-        order[step.first_place + index] = triangle;
+        order[index] = triangle;
     }
 }
 
 // A code is two words of three digits each.
 fn digit_of(triangle: u32) -> u32 {
-    return (scratch[2u * triangle + step.digit / 3u] >> (8u * (step.digit % 3u))) & (DIGITS - 1u);
+    return (scratch[code_at(triangle) + sort.digit / 3u] >> (8u * (sort.digit % 3u))) & (DIGITS - 1u);
 }
 
 // Where the count of a digit in a block lies; block_count() is that of the digit in all blocks.
 fn count_at(digit: u32, block: u32) -> u32 {
-    return step.counts_start + digit * (block_count() + 1u) + block;
+    return counts_start() + digit * (block_count() + 1u) + block;
 }
 
 var<workgroup> counts: array<atomic<u32>, DIGITS>;
@@ -58,7 +58,7 @@ fn cs_count(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups
     let block = block_of(group, groups);
     atomicStore(&counts[lane], 0u);
     workgroupBarrier();
-    let end = min(BLOCK * block + BLOCK, step.count);
+    let end = min(BLOCK * block + BLOCK, tree.triangle_count);
     for (var index = BLOCK * block + lane; index < end; index += DIGITS) {
         atomicAdd(&counts[digit_of(triangle_from(index))], 1u);
     }
@@ -66,22 +66,6 @@ fn cs_count(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups
     if block < block_count() {
         scratch[count_at(lane, block)] = atomicLoad(&counts[lane]);
     }
-}
-
-var<workgroup> sums: array<u32, DIGITS>;
-
-// The sum of the values of all lanes up to this one; `sums` holds every lane's.
-fn sum_up_to(lane: u32, value: u32) -> u32 {
-    workgroupBarrier();
-    sums[lane] = value;
-    workgroupBarrier();
-    for (var reach = 1u; reach < DIGITS; reach *= 2u) {
-        let before = select(0u, sums[max(lane, reach) - reach], lane >= reach);
-        workgroupBarrier();
-        sums[lane] += before;
-        workgroupBarrier();
-    }
-    return sums[lane];
 }
 
 @compute @workgroup_size(DIGITS)
@@ -98,7 +82,7 @@ fn cs_scan_blocks(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
         if block < block_count() {
             scratch[count_at(digit, block)] = before + sum - count;
         }
-        before += sums[DIGITS - 1u];
+        before += sum_of_all();
     }
     if lane == 0u {
         scratch[count_at(digit, block_count())] = before;
@@ -124,7 +108,7 @@ fn cs_move(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
     }
     workgroupBarrier();
     for (var first = BLOCK * block; first < BLOCK * block + BLOCK; first += DIGITS) {
-        let is_one = first + lane < step.count;
+        let is_one = first + lane < tree.triangle_count;
         var triangle = 0u;
         var digit = 0u;
         if is_one {
