@@ -215,6 +215,19 @@ def test_samples_are_inserted_where_the_maps_contradict_each_other() -> None:
     assert counts == {"half plane": 3, "slit": 9}
 
 
+@pytest.mark.parametrize("line", [0.2, 0.23])
+def test_rows_of_samples_between_each_other_keep_an_edge_along_the_light_in_its_place(line: float) -> None:
+    """O7 with rows wider than pixels: two samples share their rows, so the edge moves to a row's border."""
+    rows = 32
+    light = dataclasses.replace(ACROSS, start=(line, H, -0.6), end=(line, H, 0.6))
+    x, found = look_down(HALF_PLANE, light, samples=9, resolution=rows)
+    truth = closed_form.parallel_edge(x, H, h, e, line=line)
+    assert abs((found - truth).mean()) * rows <= 0.2
+    if line == 0.2:
+        _, of_two = look_down(HALF_PLANE, light, samples=2, resolution=rows)
+        assert abs((of_two - truth).mean()) * rows >= 0.3
+
+
 def test_maps_and_channels_are_kept_while_they_serve() -> None:
     """Drawn once; drawn again with room for more once outgrown; then kept for both views."""
     scene = stage.standard_scene(stage.LIGHTS["line"])

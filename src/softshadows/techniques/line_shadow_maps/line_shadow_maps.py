@@ -23,6 +23,8 @@ Departures from the paper
     - `transition="rational"` evaluates equation 1 with the depth of the surface in every texel. The linear ramp is
       linear in the map: where floor and light are not parallel it deviates by (√r − 1)/(√r + 1), r the ratio of
       (occluder's − floor's reciprocal depth) at the penumbra's ends.
+    - With more than two samples, each one's rows lie a part of a row further on: an edge along the light, a step that
+      all maps would put on one row, keeps its place (classroom_tube 0.051 -> 0.040).
     - Maps hold reciprocal depth, of which the Laplacian vanishes on planes at any slope. A discontinuity is where it
       changes sign over a jump of at least `threshold` texels of the occluder's distance; the paper gives no threshold.
     - Of overlapping skins the least share counts; skins are drawn only into the map that looks behind their edge. In

@@ -34,8 +34,8 @@ Departures from the paper
       influence function f, substep 4.3, changes how a visible part is shared among them, not how large it is).
 
 Use when
-    the light is a line: for the accuracy of five maps here, `uniform` needs from nine (shot `classroom_tube`, 512×384
-    pixels) to more than 33 (`chair_line`, `bike_line`).
+    the light is a line: for the accuracy of five maps here, `uniform` needs from 13 (shot `classroom_tube`) to more
+    than 33 (`chair_line`, `bike_line`).
 Fails when
     occluders are as thin as a texel of the map (scene `fence` with a low `resolution`). The paper's version,
     `OccludingEdges.preset("paper")`, lets light through behind receivers, jumps between two objects' edges, is too
