@@ -9,7 +9,7 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.passes.bvh.bvh import CUT_SHORT, RAYS_AT_ONCE, TREE_STRUCTS, rays_at_once, tree_of
+from softshadows.passes.bvh.bvh import CUT_SHORT, TREE_STRUCTS, tree_of
 from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, ShadowAtlas, plan_atlas, plan_without_maps
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
@@ -55,8 +55,8 @@ class TracedPass(SampledPass):
         context = self._context
         size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
         if self._uses_maps:
-            return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, RAYS_AT_ONCE[1])
-        return plan_without_maps(count, min(rays_at_once(context.gpu, size), count))
+            return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, context.gpu.rays_at_once)
+        return plan_without_maps(count, min(context.gpu.rays_at_once, count))
 
     def encode(self, commands: Commands) -> None:
         self.bytes += self._tree.bytes

@@ -185,7 +185,7 @@ class AdaptivePass(TechniquePass):
             visibility=technique.visibility,
         )
         if technique.visibility == "ray":
-            plan, batches = plan_rays(context.gpu, lattice, size)
+            plan, batches = plan_rays(context.gpu, lattice)
         else:
             plan, batches = plan_batches(
                 context.gpu,

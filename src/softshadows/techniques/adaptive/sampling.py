@@ -29,7 +29,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
-from softshadows.passes.bvh.bvh import RAYS_AT_ONCE, TREE_STRUCTS, rays_at_once, tree_of
+from softshadows.passes.bvh.bvh import TREE_STRUCTS, tree_of
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.shadow_atlas.shadow_atlas import (
     BOX_EDGE,
@@ -126,10 +126,10 @@ class Levels(Struct):
 STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)
 
 
-def plan_rays(gpu: Gpu, lattice: Lattice, size: tuple[int, int]) -> tuple[AtlasPlan, list[int]]:
+def plan_rays(gpu: Gpu, lattice: Lattice) -> tuple[AtlasPlan, list[int]]:
     """No maps, and by level the number of dispatches that its rays are cut into."""
     counts = [lattice.count(level) for level in range(lattice.depth + 1)]
-    batches = [-(-count // rays_at_once(gpu, size)) for count in counts]
+    batches = [-(-count // gpu.rays_at_once) for count in counts]
     return plan_without_maps(lattice.rows * lattice.columns), batches
 
 
@@ -164,7 +164,7 @@ def plan_batches(
     if resolution == "auto":  # smaller maps rather than many draws
         batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
     if asks_rays:
-        batches = [max(draws, -(-count // RAYS_AT_ONCE[1])) for draws, count in zip(batches, counts, strict=True)]
+        batches = [max(draws, -(-count // gpu.rays_at_once)) for draws, count in zip(batches, counts, strict=True)]
     plan = AtlasPlan(
         samples=samples,
         tile=tile,
