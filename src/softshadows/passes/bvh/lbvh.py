@@ -6,7 +6,7 @@
 
 All is encoded at once: how many nodes remain when leaves have grown, only the GPU knows, and copies to where the walk
 looks for it. Such a tree takes less time to build than one by surface area, and more to walk
-(docs/decisions/0015-rays.md).
+(docs/decisions/0017-rays.md).
 """
 
 from __future__ import annotations
