@@ -45,31 +45,24 @@ class Parts:
 
     def __init__(self, geometry: Geometry) -> None:
         self._moves = Moves(geometry)
-        self._whole = self._at_rest = shape_by_area(*triangle_boxes(geometry)[:2])
+        self._whole = shape_by_area(*triangle_boxes(geometry)[:2])
+        self._at_rest = self._whole
         self._of_nodes: list[Shape] = []
-        self._is_new = True
+        self._top = Shape.empty()
+        self._node_count = 0
 
     def follow(self, geometry: Geometry) -> Change:
         """What `geometry` changes, in which nodes may lie elsewhere than in the one before."""
-        divides = self._moves.follow(geometry)
+        divides = self._moves.follow(geometry) or not self._node_count
         if divides:
             self._divide()
-        rest, moved = self._at_rest, self._joined()
-        root = int(len(rest.order) > 0 and len(moved.order) > 0)
-        first_place, first_node = len(rest.order), root + len(rest.first)
-        change = Change(first_node + len(moved.first))
-        if divides or self._is_new:
-            if root:
-                change.records.append((0, records_of(0, first_place + len(moved.order), change.node_count)))
-            self._put(change, rest, 0, root)
-        self._put(change, moved, first_place, first_node)
-        self._is_new = False
-        return change
-
-    def _put(self, change: Change, part: Shape, first_place: int, first_node: int) -> None:
-        if len(part.order):
-            change.order.append((first_place, self._moves.listed(part.order)))
-            change.records.append((first_node, part.records(first_place, first_node)))
+        nodes = np.flatnonzero(self._moves.has_moved)
+        top = shape_by_area(*self._moves.boxes(nodes), largest_leaf=1) if len(nodes) else Shape.empty()
+        is_same = np.array_equal(top.order, self._top.order) and np.array_equal(top.skip, self._top.skip)
+        if is_same and not divides:
+            return Change(self._node_count)
+        self._top = top
+        return self._laid_out(divides)
 
     def _divide(self) -> None:
         """Let each node that has moved have its own tree."""
@@ -79,12 +72,20 @@ class Parts:
         nodes = np.flatnonzero(moves.has_moved)
         self._of_nodes = _separated(whole.only(has_moved), moves.node_of, nodes) if len(nodes) else []
 
-    def _joined(self) -> Shape:
-        """The tree over all that has moved; empty if nothing has."""
-        nodes = np.flatnonzero(self._moves.has_moved)
-        if not len(nodes):
-            return self._whole.only(np.zeros(len(self._whole.order), bool))
-        return joined(shape_by_area(*self._moves.boxes(nodes), largest_leaf=1), self._of_nodes)
+    def _laid_out(self, divides: bool) -> Change:
+        """All parts, or those that have moved, in their places."""
+        rest, moved = self._at_rest, joined(self._top, self._of_nodes) if self._of_nodes else Shape.empty()
+        root = int(len(rest.order) > 0 and len(moved.order) > 0)
+        first_place, first_node = len(rest.order), root + len(rest.first)
+        change = Change(first_node + len(moved.first))
+        if divides and root:
+            change.records.append((0, records_of(0, first_place + len(moved.order), change.node_count)))
+        for part, place, node in ((rest, 0, root), (moved, first_place, first_node))[0 if divides else 1 :]:
+            if len(part.order):
+                change.order.append((place, self._moves.listed(part.order)))
+                change.records.append((node, part.records(place, node)))
+        self._node_count = change.node_count
+        return change
 
 
 class Moves:
@@ -116,19 +117,17 @@ class Moves:
 
     def boxes(self, nodes: Integers) -> tuple[Floats, Floats]:
         """Low and high corners of nodes in the last geometry, (3, n) float32 each."""
-        starts, counts = _vertices(self._last, self._listed_at[nodes])
-        corners = self._last.positions[ranges(starts, counts)].T.copy()
-        at = starts_of(counts)[:-1]
+        positions, counts = _positions(self._last, self._listed_at[nodes])
+        corners, at = positions.T.copy(), starts_of(counts)[:-1]
         return np.minimum.reduceat(corners, at, axis=1), np.maximum.reduceat(corners, at, axis=1)
 
     def _differs(self, geometry: Geometry, listed_at: Integers) -> Bools:
         """(n,) by node: does it lie elsewhere than in the last geometry?"""
         if geometry is self._last:
             return np.zeros(len(listed_at), bool)
-        before, counts = _vertices(self._last, self._listed_at)
-        after, _ = _vertices(geometry, listed_at)
-        differ = self._last.positions[ranges(before, counts)] != geometry.positions[ranges(after, counts)]
-        return np.logical_or.reduceat(differ.any(axis=1), starts_of(counts)[:-1])
+        before, counts = _positions(self._last, self._listed_at)
+        after, _ = _positions(geometry, listed_at)
+        return np.logical_or.reduceat((before != after).any(axis=1), starts_of(counts)[:-1])
 
 
 def _separated(shape: Shape, node_of: Integers, nodes: Integers) -> list[Shape]:
@@ -150,7 +149,9 @@ def _listed_at(first: Sequence[Mesh], later: Sequence[Mesh]) -> Integers:
     return result
 
 
-def _vertices(geometry: Geometry, listed_at: Integers) -> tuple[Integers, Integers]:
-    """Where the vertices of nodes begin, and their numbers."""
+def _positions(geometry: Geometry, listed_at: Integers) -> tuple[Floats, Integers]:
+    """The positions of nodes, one after the other, and each node's number of them."""
     counts = np.array([len(mesh.positions) for mesh in geometry.meshes], np.int64)
-    return starts_of(counts)[listed_at], counts[listed_at]
+    if np.array_equal(listed_at, np.arange(len(counts))):
+        return geometry.positions, counts
+    return geometry.positions[ranges(starts_of(counts)[listed_at], counts[listed_at])], counts[listed_at]

@@ -33,6 +33,12 @@ class Shape:
     skip: Integers
     is_leaf: npt.NDArray[np.bool_]
 
+    @staticmethod
+    def empty() -> Shape:
+        """A tree over nothing."""
+        none = np.zeros(0, np.int64)
+        return Shape(none, none, none, none, np.zeros(0, bool))
+
     def only(self, stays: npt.NDArray[np.bool_]) -> Shape:
         """The tree of those triangles of `order` that stay, (t,): without nodes that hold none, or all that a child
         holds. No nodes at all if no triangle stays."""
