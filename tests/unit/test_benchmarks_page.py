@@ -63,6 +63,7 @@ def test_words_stand_below_the_table_and_what_is_left_out_is_named() -> None:
     data["pictures"][0]["skipped"] = ["three: it is not there"]
     page, _ = benchmarks_page([data])
     assert "- **hard** (): It has no area lights." in page
+    assert "| `hard` | 2.00 (1.00–3.00) | 0.0100 | 1.00% | 1.00% | – | – | – |" in page
     assert "- view 0: three: it is not there" in page
 
 

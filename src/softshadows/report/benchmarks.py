@@ -178,11 +178,14 @@ COLUMNS: list[tuple[str, Callable[[Row], str]]] = [
 ]
 """Of a table of techniques: what stands above, and what of a row stands below."""
 ABOUT = "about"
-"""A figure that is a sentence, which stands below the table."""
+"""A figure that is a sentence, which stands below the table: what a peer does."""
+UNKNOWN = ("maps", "look-ups", "MiB")
+"""What nobody counts of a peer."""
 
 
 def _cells(row: Row) -> list[str]:
-    return [cell(row) for _, cell in COLUMNS]
+    hidden = UNKNOWN if ABOUT in row["figures"] else ()
+    return ["–" if heading in hidden else cell(row) for heading, cell in COLUMNS]
 
 
 def _is_matrix(pictures: Sequence[Picture]) -> bool:
