@@ -39,12 +39,11 @@ fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
     return RayStart(position_ws + offset * normal_ws, position_ws, normal_ws, offset, until, is_before);
 }
 
-// From the start to a light sample.
-fn ray_to(start: RayStart, sample_index: u32) -> vec3f {
+// From the start to a point of the light, in light space.
+fn ray_to(start: RayStart, point: vec2f) -> vec3f {
     if light.is_directional == 1u {
         return light.back_ws * (length(start.origin_ws - tree.low_ws) + 2.0 * tree.diagonal);  // past all triangles
     }
-    let point = light_samples[sample_index].xy;
     return light.center_ws + point.x * light.right_ws + point.y * light.up_ws - start.origin_ws;
 }
 

@@ -20,11 +20,13 @@ def sub_position(number: int) -> tuple[float, float]:
     )
 
 
-def moved(steps: npt.NDArray[np.float64], spacing: float, by: float) -> npt.NDArray[np.float64]:
+def moved(
+    steps: npt.NDArray[np.float64], spacing: float, by: npt.NDArray[np.float64] | float
+) -> npt.NDArray[np.float64]:
     """Evenly spaced places in [−1, 1], moved by a share of their spacing, and folded back at the ends.
 
     Places on the ends have half a step to themselves, which folding them back fills: over all shifts, places with
     trapezoid weights cover the light evenly.
     """
-    places = steps + by * spacing
+    places = steps + np.remainder(np.asarray(by) + 0.5, 1.0) * spacing - 0.5 * spacing
     return np.where(np.abs(places) > 1.0, np.copysign(2.0, places) - places, places)

@@ -48,12 +48,19 @@ class Lattice:
         coarser = (1 << (level - 1)) + 1 if level else 0
         return side**self.dimensions - (coarser**self.dimensions if level else 0)
 
-    def points(self, light: Light, jitter: int = 0) -> npt.NDArray[np.float64]:
-        """(rows × columns, 2): the points in light space, metres; symmetric about the light's centre without jitter."""
+    def points(self, light: Light, jitter: int = 0, *, is_sheared: bool = False) -> npt.NDArray[np.float64]:
+        """(rows × columns, 2): the points in light space, metres; symmetric about the light's centre without jitter.
+
+        Sheared, no two points of a rectangle share an x or a y: an edge along a side of the light then crosses them one
+        by one, not a row at a time (Kensler, "Correlated multi-jittered sampling", 2013).
+        """
         across, up = light.half_extent
         extents = (across, up) if self.has_rows else (max(across, up), 0.0)
         shift = sub_position(jitter)
-        x, y = np.meshgrid(_steps(self.columns, shift[0]) * extents[0], _steps(self.rows, shift[1]) * extents[1])
+        row, column = np.mgrid[: self.rows, : self.columns]
+        shear = 1.0 if is_sheared and self.has_rows else 0.0
+        x = _places(column, self.columns, shift[0] + shear * _share(row, self.rows)) * extents[0]
+        y = _places(row, self.rows, shift[1] + shear * _share(column, self.columns)) * extents[1]
         points = np.stack([x.ravel(), y.ravel()], axis=1)
         return points if across > 0.0 or self.dimensions == 0 else points[:, ::-1]
 
@@ -64,5 +71,12 @@ def lattice_of(light: Light, depth: int) -> Lattice:
     return Lattice(depth if dimensions else 0, dimensions > 0, dimensions == 2)
 
 
-def _steps(count: int, shift: float) -> npt.NDArray[np.float64]:
-    return moved(np.linspace(-1.0, 1.0, count), 2.0 / (count - 1), shift) if count > 1 else np.zeros(1)
+def _places(step: np.ndarray, count: int, by: np.ndarray | float) -> npt.NDArray[np.float64]:
+    """Where the steps 0 … count − 1 lie in [−1, 1], moved `by` a share of their spacing."""
+    spacing = 2.0 / max(count - 1, 1)
+    return moved(step * spacing - 1.0, spacing, by) if count > 1 else np.zeros(step.shape)
+
+
+def _share(step: np.ndarray, count: int) -> npt.NDArray[np.float64]:
+    """Evenly spaced in (−½, ½)."""
+    return (step + 0.5) / count - 0.5

@@ -2,6 +2,7 @@
 
 //#include "tree.wgsl"
 //#include "level.wgsl"
+//#include "probes.wgsl"
 
 @group(3) @binding(1) var<storage, read_write> requests: array<u32>;
 @group(3) @binding(2) var<storage, read_write> refined: array<u32>;
@@ -9,6 +10,8 @@
 @group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(9) var<storage, read> counts: array<u32>;
+
+@group(3) @binding(12) var<storage, read> probes: array<u32>;
 
 const INVOCATIONS = 64u;
 
@@ -62,6 +65,24 @@ fn failing_beside(tile: u32, row: u32) -> u32 {
     return failing;
 }
 
+// Cells of a row in which some of the tile's probes saw something, and others nothing.
+fn cells_of_two_minds(tile: u32, row: u32) -> u32 {
+    let width = spacing(step.level);
+    let height = select(1u, width, shape.has_rows == 1u);
+    var hidden = 0u;
+    var lit = 0u;
+    for (var deepest = row * height; deepest < (row + 1u) * height; deepest++) {
+        hidden |= probes[probe_index(tile, 0u, deepest)];
+        lit |= probes[probe_index(tile, 1u, deepest)];
+    }
+    // Gather each cell's bits at its first.
+    for (var i = 1u; i < width; i *= 2u) {
+        hidden |= hidden >> i;
+        lit |= lit >> i;
+    }
+    return hidden & lit;
+}
+
 // [Schwaerzler2012 §3.3.4] The new corners of the four quarters of each refined cell.
 fn request_children(tree: u32, row: u32, cells: u32) {
     let half = spacing(step.level + 1u);
@@ -86,6 +107,9 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
         var cells = failing_cells(tree, row);
         if step.level < shape.sure_levels {
             cells |= failing_beside(tile, row);
+        }
+        if shape.has_probes == 1u && step.level < shape.deepest {
+            cells |= cells_of_two_minds(tile, row);
         }
         // Four corners alone overlook what hides the light's middle: a tile of its own starts with nine samples.
         if step.level == 0u && shape.is_global == 0u {

@@ -52,6 +52,7 @@ _USAGE = wgpu.BufferUsage
 TILE = BOX_EDGE
 """Pixels along a tile's side: a tile's receivers are those of one box that windows are fitted to."""
 QUADRANTS = 4
+DEEPEST_CELLS = 1 << DEEPEST
 CELLS_PER_ROW = 16
 SURE_LEVELS = 3
 """Measured: docs/decisions/0010-adaptive.md."""
@@ -69,12 +70,26 @@ KERNEL_BUFFERS = {
     "lookup": "requests masks active_tiles control",
     "trace": "requests masks active_tiles control",
     "compare": "requests refined failures masks active_tiles control report counts",
-    "refine": "requests refined failures active_tiles control counts",
+    "probe": "active_tiles control probes",
+    "refine": "requests refined failures active_tiles control counts probes",
     "average": "requests refined masks control report",
     "filter": "requests refined masks control report",
 }
 """By kernel: those of the sampling's buffers that it uses, all in bind group 3."""
 STEPPED_KERNELS = ("list", "fit", "lookup", "trace", "compare", "refine")
+BINDINGS = {
+    "shape": 0,
+    "requests": 1,
+    "refined": 2,
+    "failures": 3,
+    "masks": 4,
+    "active_tiles": 5,
+    "control": 6,
+    "report": 7,
+    "dispatches": 8,
+    "counts": 9,
+    "probes": 12,
+}
 CHANGING, FILTERED = 10, 11  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl writes
 Changing = dict[int, wgpu.GPUBindGroup]
 """A bind group that changes from dispatch to dispatch, by its number."""
@@ -99,6 +114,7 @@ class TreeShape(Struct):
     is_resident: U32  # all maps share the atlas for the whole frame
     largest_tile: U32
     atlas_size: U32
+    has_probes: U32  # tiles refine what their rays' probes disagree about
 
 
 class Step(Struct):
@@ -214,6 +230,7 @@ class AdaptiveSampling:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
         self._uses_maps, self._tree = options.visibility != "ray", None
+        self._has_probes = options.visibility != "map" and not options.is_global
         if options.visibility != "map":
             self._tree = tree_of(context.scene)
         self._atlas = ShadowAtlas(
@@ -226,6 +243,7 @@ class AdaptiveSampling:
         self._kernels = self._make_kernels()
         self._begin = self._bind("begin")
         self._filter = self._bind("filter") if options.is_filtered else {}
+        self._probe = self._bind("probe") if self._has_probes else {}
         self._steps = self._make_steps()
         self._sums = self._make_sums()
 
@@ -252,6 +270,7 @@ class AdaptiveSampling:
             is_resident=int(self._plan.holds_all),
             largest_tile=self._plan.tile,
             atlas_size=self._plan.atlas_size,
+            has_probes=int(self._has_probes),
         )
 
         def buffer(words: int, usage: int = 0) -> wgpu.GPUBuffer:
@@ -270,6 +289,7 @@ class AdaptiveSampling:
             "control": buffer(CONTROL_WORDS),
             "report": report,
             "dispatches": buffer(8 * (lattice.depth + 1), _USAGE.INDIRECT),
+            "probes": buffer(tiles * 2 * DEEPEST_CELLS if self._has_probes else 0),
             "counts": buffer(trees * refined_rows * CELLS_PER_ROW if options.threshold else 0),
         }
 
@@ -312,6 +332,9 @@ class AdaptiveSampling:
             lights = maps if self._uses_maps else _numbered(atlas.light, atlas.samples)
             groups = {0: receivers, 1: self._tree.resources, 2: lights}
             kernels["trace"] = kernel("trace", groups, {**known, **self._tree.stand_ins})
+            if self._has_probes:
+                lights = {0: atlas.light}
+                kernels["probe"] = kernel("probe", {**groups, 2: lights}, self._tree.stand_ins)
         if self._options.is_filtered:
             constants = {"paper_weights": weights, "pcf_texels": self._options.pcf}
             kernels["filter"] = kernel("filter", {0: receivers, 2: maps}, **constants)
@@ -323,7 +346,7 @@ class AdaptiveSampling:
     def _bind(self, kernel: str, changing: Resource | None = None) -> Changing:
         """A kernel's bind group 3: the buffers it uses, and what changes from dispatch to dispatch."""
         names = ("shape", *KERNEL_BUFFERS[kernel].split())
-        own: dict[int, Resource] = {list(self._buffers).index(name): self._buffers[name] for name in names}
+        own: dict[int, Resource] = {BINDINGS[name]: self._buffers[name] for name in names}
         if changing is not None:
             own[CHANGING] = changing
         if kernel == "filter":
@@ -365,8 +388,16 @@ class AdaptiveSampling:
         """Write this frame's lights, each with its layer of visibility."""
         weights = np.ones(self._plan.samples)
         self._atlas.set_lights(
-            [SampledLight(light, layer, self._lattice.points(light, jitter), weights) for light, layer in lights]
+            [
+                SampledLight(
+                    light, layer, self._lattice.points(light, jitter, is_sheared=self._tree is not None), weights
+                )
+                for light, layer in lights
+            ]
         )
+
+    def _points(self, light: Light, jitter: int) -> np.ndarray:
+        return self._lattice.points(light, jitter, is_sheared=self._tree is not None)
 
     def encode(self, commands: Commands, index: int) -> None:
         """Find light `index`'s visibility."""
@@ -375,6 +406,7 @@ class AdaptiveSampling:
         commands.encoder.clear_buffer(self._buffers["control"])
         commands.encoder.clear_buffer(self._buffers["failures"])
         commands.encoder.clear_buffer(self._buffers["counts"])
+        commands.encoder.clear_buffer(self._buffers["probes"])
         self._atlas.encode_receivers(commands.encoder, commands.timer, index)
         with commands.compute("compare") as compute:
             self._kernels["begin"].begin(compute, self._begin)
@@ -399,6 +431,10 @@ class AdaptiveSampling:
             if self._uses_maps:
                 kernels["fit"].begin(compute, steps[0]["fit"])
                 compute.dispatch_workgroups_indirect(dispatches, samples)
+        if level == 0 and self._has_probes:
+            with commands.compute("trace") as compute:
+                kernels["probe"].begin(compute, self._probe)
+                compute.dispatch_workgroups_indirect(dispatches, tiles)
         asks = "lookup" if self._tree is None else "trace"
         for batch, step in enumerate(steps):
             chunk = sum(self._batches[:level]) + batch

@@ -53,7 +53,7 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
         }
         for (var rest = select(0u, requested, surface.is_surface); rest != 0u; rest &= rest - 1u) {
             let sample = shape.columns * row + firstTrailingBit(rest);
-            let ray = ray_to(start, sample);
+            let ray = ray_to(start, light_samples[sample].xy);
             let answer = select(HIDDEN, map_answer(sample, receiver), can_see(start, ray));
             if answer == LIT {
                 remember_lit(tile, lane, sample);

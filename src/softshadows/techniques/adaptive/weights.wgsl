@@ -43,6 +43,7 @@ fn count_lookups(tree: u32, receivers: u32) {
     for (var row = 0u; row < shape.sample_rows; row++) {
         samples += countOneBits(requests[tree * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
     }
+    samples += select(0u, 4u, shape.has_probes == 1u && is_active(tree));
     let added = samples * receivers;
     let before = atomicAdd(&report[LOOKUPS_LOW], added);
     if before + added < before {

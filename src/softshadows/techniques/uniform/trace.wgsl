@@ -35,7 +35,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
     let end = chunk.first_sample + chunk.sample_count;
     begin_packet(start);
     for (var i = chunk.first_sample; i < end; i++) {
-        let ray = ray_to(start, i);
+        let ray = ray_to(start, light_samples[i].xy);
         let answer = select(HIDDEN, map_answer(i, receiver), can_see(start, ray));
         visible_weight += select(0.0, light_samples[i].z, answer == LIT);
         if answer == UNKNOWN {
