@@ -21,13 +21,13 @@ from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import U32, Struct, pack
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.bvh.grid import NODE_COUNT_OFFSET, TREE_STRUCTS, groups_of
-from softshadows.passes.bvh.sah import NODE_COST
+from softshadows.passes.bvh.sah import LARGE, NODE_COST
 
 _HERE = Path(__file__).parent
 DIGITS = 256
 """Of a pass of the sort: eight bits (sort.wgsl)."""
 PASSES = 6
-"""Of codes with 48 bits; an even number, after which the list is where it was."""
+"""Of codes with 46 bits; an even number, after which the list is where it was."""
 BLOCK = 2048
 """Triangles of one workgroup of the sort, nodes of one of the merge."""
 
@@ -80,7 +80,7 @@ class Lbvh:
         def kernel(file: str, entry: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
             return Kernel(self._gpu, _HERE / file, entry, STRUCTS, groups, constants)
 
-        self._code = kernel("lbvh.wgsl", "cs_code", {0: listed, 1: scene})
+        self._code = kernel("lbvh.wgsl", "cs_code", {0: listed, 1: scene}, LARGE=LARGE)
         self._split = kernel("lbvh.wgsl", "cs_split", {0: listed})
         self._number = kernel("lbvh.wgsl", "cs_number", {0: {**shared, 4: self._shapes}})
 

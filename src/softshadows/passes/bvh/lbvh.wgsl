@@ -13,9 +13,13 @@
 
 @group(0) @binding(4) var<storage, read_write> shapes: array<vec4u>;  // refit.wgsl
 
+override LARGE = 0.25;  // sah.py
+
 const INVOCATIONS = 64u;
 const IS_FIRST_CHILD = 0x80000000u;
-const LAST_CELL = 65535.0;
+const CELLS_ACROSS = 65536.0;  // of the tree's grid
+const CODED_CELLS = 32768.0;
+const LARGE_BIT = 0x200000u;
 
 fn invocation(id: vec3u, groups: vec3u) -> u32 {
     return id.y * groups.x * INVOCATIONS + id.x;
@@ -30,7 +34,8 @@ fn interleaved(coordinates: vec3u) -> u32 {
     return bits.x | (bits.y << 1u) | (bits.z << 2u);
 }
 
-// A code has 48 bits, the lower 24 in its first word. Its cells are cubes, so that a flat scene is not cut along its flat side.
+// A code has 46 bits, the lower 24 in its first word: 15 of each coordinate, in cells that are cubes, so that a flat scene is not
+// cut along its flat side; and the highest for large triangles, which the root then parts from the others (sah.py).
 @compute @workgroup_size(INVOCATIONS)
 fn cs_code(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let triangle = invocation(id, groups);
@@ -42,9 +47,12 @@ fn cs_code(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
     let b = vertex_position_ws(vertices.y) - tree.low_ws;
     let c = vertex_position_ws(vertices.z) - tree.low_ws;
     let cells_per_metre = min(min(tree.cells_per_metre.x, tree.cells_per_metre.y), tree.cells_per_metre.z);
-    let cell = vec3u(clamp((a + b + c) / 3.0 * cells_per_metre, vec3f(0.0), vec3f(LAST_CELL)));
+    let middle = (a + b + c) / 3.0 * cells_per_metre / CELLS_ACROSS;
+    let size = (max(max(a, b), c) - min(min(a, b), c)) * cells_per_metre / CELLS_ACROSS;
+    let is_large = max(max(size.x, size.y), size.z) > LARGE;
+    let cell = vec3u(clamp(middle * CODED_CELLS, vec3f(0.0), vec3f(CODED_CELLS - 1.0)));
     scratch[code_at(triangle)] = interleaved(cell);
-    scratch[code_at(triangle) + 1u] = interleaved(cell >> vec3u(8u));
+    scratch[code_at(triangle) + 1u] = interleaved(cell >> vec3u(8u)) | select(0u, LARGE_BIT, is_large);
     order[triangle] = triangle;
 }
 

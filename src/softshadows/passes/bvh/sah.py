@@ -6,16 +6,18 @@ level are split at once by array operations, so that no step runs once per trian
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from softshadows.passes.bvh.shape import MOST_IN_LEAF, Integers, Shape
+from softshadows.passes.bvh.shape import MOST_IN_LEAF, TWO_LEAVES, Integers, Shape, joined
 
 Floats = npt.NDArray[np.float32]
 
 BINS = 16
+LARGE = 0.25
+"""Of the scene's longest side: measured, docs/decisions/0017-rays.md."""
 NODE_COST = 0.5
 """What visiting a node costs, over testing a triangle. Between 0.25 and 2 the choice moves the rays' speed by 5 %."""
 
@@ -31,7 +33,24 @@ class _Level:
 
 def shape_by_area(low: Floats, high: Floats, largest_leaf: int = MOST_IN_LEAF) -> Shape:
     """The tree for the boxes with corners `low` and `high`, (3, t) float32 each: rows x, y, z. No leaf holds more than
-    `largest_leaf`."""
+    `largest_leaf`.
+
+    Boxes that are large for the scene, such as a ground's, have a tree of their own beside that of the others: middles
+    do not tell them apart, and each would stretch all nodes above it.
+    """
+    sizes = (high - low).max(axis=0, initial=0.0)
+    is_large = sizes > LARGE * (high.max(axis=1, initial=-np.inf) - low.min(axis=1, initial=np.inf)).max()
+    if is_large.all() or not is_large.any():
+        return _shape(low, high, largest_leaf)
+    parts = []
+    for chosen in (np.flatnonzero(~is_large), np.flatnonzero(is_large)):
+        part = _shape(low[:, chosen], high[:, chosen], largest_leaf)
+        parts.append(replace(part, order=chosen[part.order]))
+    return joined(TWO_LEAVES, parts)
+
+
+def _shape(low: Floats, high: Floats, largest_leaf: int) -> Shape:
+    """The same for boxes of similar sizes."""
     count = low.shape[1]
     order = np.arange(count)
     middle = (low + high) * np.float32(0.5)

@@ -65,6 +65,16 @@ def records_of(first: npt.ArrayLike, end: npt.ArrayLike, link: npt.ArrayLike) ->
     return np.stack([np.atleast_1d(part) for part in (first, end, link, np.zeros_like(link))], axis=1).astype(np.uint32)
 
 
+TWO_LEAVES = Shape(
+    order=np.array([0, 1]),
+    first=np.array([0, 0, 1]),
+    end=np.array([2, 1, 2]),
+    skip=np.array([3, 2, 3]),
+    is_leaf=np.array([False, True, True]),
+)
+"""A root and two leaves with a part each."""
+
+
 def joined(top: Shape, parts: Sequence[Shape]) -> Shape:
     """One tree of many: `top` holds one part in each leaf, and that part's tree takes the leaf's place."""
     parts = [parts[part] for part in top.order]
