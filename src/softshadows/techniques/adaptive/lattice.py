@@ -17,6 +17,9 @@ from softshadows.techniques.sub_positions import moved, sub_position
 DEEPEST = 4
 """289 points of a rectangle. A row of points is a word of 32 bits to the shaders, which 33 would exceed."""
 
+_GOLDEN = 0.61803398874989484820
+"""Steps by the golden ratio fill an interval evenly, however many they are."""
+
 
 @dataclass(frozen=True)
 class Lattice:
@@ -78,5 +81,5 @@ def _places(step: np.ndarray, count: int, by: np.ndarray | float) -> npt.NDArray
 
 
 def _share(step: np.ndarray, count: int) -> npt.NDArray[np.float64]:
-    """Evenly spaced in (−½, ½)."""
-    return (step + 0.5) / count - 0.5
+    """In [−½, ½], evenly filled by any stretch of steps and by every second or fourth one; odd about the middle."""
+    return np.remainder(_GOLDEN * (step - (count - 1) / 2.0) + 0.5, 1.0) - 0.5
