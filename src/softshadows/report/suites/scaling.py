@@ -2,7 +2,7 @@
 
 One thing grows at a time, from what the others have in common: `figures`, 256×192 pixels, one light.
 
-pixels          `figures` with 128×96 to 1024×768 pixels
+pixels          `figures` with 128×96 to 512×384 pixels
 light samples   `figures` with 4 to 289 maps (`uniform`), and with ever deeper refinement (`adaptive`)
 triangles       `sphere_cube` with 1 to 64 spheres: 764 to 48 770 triangles
 lights          `figures` with 1 to 4 rectangles that share the power of one
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from softshadows.report.suites import Settings
 
 SIZE = (256, 192)
-SHARES = (0.5, 1.0, 2.0, 4.0)
+SHARES = (0.5, 1.0, 2.0)
 """Of the size's width and height."""
 GRIDS, DEPTHS = (2, 3, 5, 9, 17), (1, 2, 3, 4)
 SPHERES = (1, 2, 4)
