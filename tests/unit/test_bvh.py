@@ -24,7 +24,7 @@ from softshadows.passes.bvh.shape import LEAF, LEAF_COUNT_SHIFT, MOST_IN_LEAF, S
 from softshadows.scene.geometry import flatten
 from softshadows.scene.solids import is_solid
 from softshadows.truth.occluders import Occluders
-from stage import box, moved, standard_scene
+from stage import CAMERA, SIZE, box, moved, render, same_bits, standard_scene
 
 CPU_GPU = [builder for builder in BUILDERS if builder != "auto"]
 PLACES = (1 << LEAF_COUNT_SHIFT) - 1
@@ -256,6 +256,16 @@ def test_after_any_moves_the_tree_is_whole_and_answers_as_the_truth_does(builder
         assert (caster.blocked(origins, rays) != blocked_in_truth(buffers, origins, rays)).sum() <= 1
         orders.add(tuple(id(mesh) for mesh in buffers.geometry.meshes))
     assert len(orders) > 1, "no node became flat, so that the order of triangles never changed"
+
+
+def test_a_renderer_in_which_nodes_move_renders_as_a_new_one_does() -> None:
+    scene = standard_scene()
+    technique = ss.techniques.Adaptive(visibility="ray")
+    with ss.Renderer(scene, technique=technique, size=SIZE) as renderer:
+        for node in (*scene.nodes, *scene.nodes):
+            frame = renderer.render(CAMERA)
+            assert same_bits(frame.visibility, render(scene, technique).visibility)
+            node.transform = node.transform + np.outer([0.1, 0.05, -0.1, 0.0], [0.0, 0.0, 0.0, 1.0])
 
 
 def test_all_nodes_may_move_and_come_back() -> None:

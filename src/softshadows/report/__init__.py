@@ -5,6 +5,7 @@ kept           measurements on disk, from which an interrupted comparison goes o
 schedule       how far a long run has come
 measure        one shot through several techniques: frames, times, errors
 turns          frames of several techniques timed in turns
+tree_times     trees for rays: how long they take to build, to fit and to walk
 pictures       arrays to PNG
 results        the JSON that benchmarks and the page are made from
 schema         its shape, checked
