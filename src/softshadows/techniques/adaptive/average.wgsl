@@ -85,6 +85,9 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if lane == 0u && levels.first == 0u {
         count_lookups(tree, atomicLoad(&receivers));
     }
+    if lane == 0u && levels.first == 0u && tile == 0u {
+        report_rays();
+    }
     if any(pixel >= frame.size) {
         return;
     }
@@ -94,6 +97,7 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         visibility[at] = select(1.0, 0.0, receiver.is_surface && !is_before_light(receiver));
         return;
     }
+    let change = select(0.0, visibility[at], shape.has_brackets == 1u);  // bracket.wgsl
     // Between passes of the deferred evaluation, visibility holds the visible weight.
     var visible = select(visibility[at], 0.0, levels.first == 0u);
     var total = 0.0;
@@ -111,5 +115,5 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if !paper_weights {
         total = 4.0 * cell_area(0u);
     }
-    visibility[at] = select(visible, visible / total, levels.end > shape.deepest);
+    visibility[at] = select(visible, visible / total + change, levels.end > shape.deepest);
 }

@@ -55,7 +55,9 @@ fn failing_cells(pixel: vec2u, tile: u32, lane: u32, row: u32, present: u32) -> 
     }
     for (var i = 0u; i < 8u && failing != 0u; i++) {
         let beside = vec2i(pixel) + i32(shape.comparison_step) * neighbour(i);
-        if is_surface(beside) {
+        // Rays are asked where they help most, so with them only the four nearest texels may excuse a cell.
+        let counts = shape.has_probes == 0u || any(neighbour(i) == vec2i(0));
+        if counts && is_surface(beside) {
             failing &= ~differing_cells(here, vec2u(beside), row);
         }
     }

@@ -8,6 +8,7 @@
       trace.wgsl   or rays traced, where there are no maps or they are not certain
       compare.wgsl the paper's test of neighbouring maps, in the camera's image
       refine.wgsl  cells that failed are refined, and request the next level's samples
+    bracket.wgsl   on a line, rays find the edges between samples
     average.wgsl   the bits, weighted, are the visibility; or
     filter.wgsl    the maps looked up once more, with a filter, where the bits say that it matters
 
@@ -72,6 +73,7 @@ KERNEL_BUFFERS = {
     "compare": "requests refined failures masks active_tiles control report counts",
     "probe": "active_tiles control probes",
     "refine": "requests refined failures active_tiles control counts probes",
+    "bracket": "requests refined masks control",
     "average": "requests refined masks control report",
     "filter": "requests refined masks control report",
 }
@@ -90,7 +92,10 @@ BINDINGS = {
     "counts": 9,
     "probes": 12,
 }
-CHANGING, FILTERED = 10, 11  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl writes
+CHANGING, VISIBILITY = (
+    10,
+    11,
+)  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl and bracket.wgsl write
 Changing = dict[int, wgpu.GPUBindGroup]
 """A bind group that changes from dispatch to dispatch, by its number."""
 
@@ -115,6 +120,7 @@ class TreeShape(Struct):
     largest_tile: U32
     atlas_size: U32
     has_probes: U32  # tiles refine what their rays' probes disagree about
+    has_brackets: U32  # rays find the edges between a line's samples
 
 
 class Step(Struct):
@@ -231,6 +237,9 @@ class AdaptiveSampling:
         self._batches, self._options = batches, options
         self._uses_maps, self._tree = options.visibility != "ray", None
         self._has_probes = options.visibility != "map" and not options.is_global
+        is_bracketed = lattice.dimensions == 1 and options.max_maps >= plan.samples
+        is_bracketed &= not (options.paper_weights or options.is_deferred)
+        self._has_brackets = options.visibility != "map" and is_bracketed
         if options.visibility != "map":
             self._tree = tree_of(context.scene)
         self._atlas = ShadowAtlas(
@@ -244,6 +253,7 @@ class AdaptiveSampling:
         self._begin = self._bind("begin")
         self._filter = self._bind("filter") if options.is_filtered else {}
         self._probe = self._bind("probe") if self._has_probes else {}
+        self._bracket = self._bind("bracket") if self._has_brackets else {}
         self._steps = self._make_steps()
         self._sums = self._make_sums()
 
@@ -271,6 +281,7 @@ class AdaptiveSampling:
             largest_tile=self._plan.tile,
             atlas_size=self._plan.atlas_size,
             has_probes=int(self._has_probes),
+            has_brackets=int(self._has_brackets),
         )
 
         def buffer(words: int, usage: int = 0) -> wgpu.GPUBuffer:
@@ -335,6 +346,9 @@ class AdaptiveSampling:
             if self._has_probes:
                 lights = {0: atlas.light}
                 kernels["probe"] = kernel("probe", {**groups, 2: lights}, self._tree.stand_ins)
+            if self._has_brackets:
+                lights = _numbered(atlas.light, atlas.samples)
+                kernels["bracket"] = kernel("bracket", {**groups, 2: lights}, self._tree.stand_ins)
         if self._options.is_filtered:
             constants = {"paper_weights": weights, "pcf_texels": self._options.pcf}
             kernels["filter"] = kernel("filter", {0: receivers, 2: maps}, **constants)
@@ -349,8 +363,8 @@ class AdaptiveSampling:
         own: dict[int, Resource] = {BINDINGS[name]: self._buffers[name] for name in names}
         if changing is not None:
             own[CHANGING] = changing
-        if kernel == "filter":
-            own[FILTERED] = self._context.visibility
+        if kernel in ("filter", "bracket"):
+            own[VISIBILITY] = self._context.visibility
         return {3: self._kernels[kernel].bind(3, own)}
 
     def _make_steps(self) -> list[list[dict[str, Changing]]]:
@@ -413,6 +427,10 @@ class AdaptiveSampling:
             compute.dispatch_workgroups(*self._tiles)
         for level in range(self._lattice.depth + 1):
             self._encode_level(commands, level)
+        if self._has_brackets:
+            with commands.compute("trace") as compute:
+                self._kernels["bracket"].begin(compute, self._bracket)
+                compute.dispatch_workgroups(*self._tiles)
         with commands.compute("filter" if self._options.is_filtered else "average") as compute:
             if self._options.is_filtered:
                 self._kernels["filter"].begin(compute, self._filter)
@@ -462,7 +480,7 @@ class AdaptiveSampling:
         return samples * (draws + asks)
 
 
-CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 3
+CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 4
 
 
 def _numbered(*resources: Resource) -> dict[int, Resource]:

@@ -42,6 +42,7 @@ struct Control {
     needed: array<atomic<u32>, MOST_ROWS>,     // samples that some tree requests
     ranked: array<u32, MOST_SAMPLES>,          // the level's requested samples, in order
     cut_short: atomic<u32>,                    // not 0: a ray ended before its end
+    bracket_rays: atomic<u32>,
     drawn_samples: u32,
     refused_levels: u32,                       // the deepest ones, whose maps would have exceeded max_maps
 };

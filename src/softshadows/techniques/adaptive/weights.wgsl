@@ -37,17 +37,25 @@ fn known_samples(level: u32, row: u32) -> u32 {
     return samples;
 }
 
-// Add the tile's look-ups to the frame's, and what happened to its rays.
-fn count_lookups(tree: u32, receivers: u32) {
-    var samples = 0u;
-    for (var row = 0u; row < shape.sample_rows; row++) {
-        samples += countOneBits(requests[tree * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
-    }
-    samples += select(0u, 4u, shape.has_probes == 1u && is_active(tree));
-    let added = samples * receivers;
+fn add_lookups(added: u32) {
     let before = atomicAdd(&report[LOOKUPS_LOW], added);
     if before + added < before {
         atomicAdd(&report[LOOKUPS_HIGH], 1u);
     }
+}
+
+// Add the tile's look-ups to the frame's.
+fn count_lookups(tree_index: u32, receivers: u32) {
+    var samples = 0u;
+    for (var row = 0u; row < shape.sample_rows; row++) {
+        samples += countOneBits(requests[tree_index * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
+    }
+    samples += select(0u, 4u, shape.has_probes == 1u && is_active(tree_index));
+    add_lookups(samples * receivers);
+}
+
+// Add what the light's rays have to tell: for one invocation.
+fn report_rays() {
+    add_lookups(atomicLoad(&control.bracket_rays));
     atomicOr(&report[CUT_SHORT], atomicLoad(&control.cut_short));
 }

@@ -1,0 +1,59 @@
+// On a line, an edge lies between a sample that is visible and the next one that is not. Four more rays between them find it
+// five times as exactly as the trapezoid rule, which puts it in the middle. Before the average, which adds what changes.
+
+//#include "receiver.wgsl"
+//#include "light_rays.wgsl"
+//#include "tree.wgsl"
+//#include "cells.wgsl"
+//#include "remembered.wgsl"
+//#include "weights.wgsl"
+
+@group(3) @binding(11) var<storage, read_write> visibility: array<f32>;
+
+const PIECES = 5.0;  // of a cell, between its ends and four points
+
+// What the cell between two samples adds to the average, as a share of the cell: by the rays, less what its ends gave.
+fn correction(start: RayStart, first: u32, last: u32) -> f32 {
+    begin_packet(start);
+    for (var i = 1.0; i < PIECES; i += 1.0) {
+        let ray = ray_to(start, mix(light_samples[first].xy, light_samples[last].xy, i / PIECES));
+        if can_see(start, ray) {
+            add_to_packet(start, first, ray);
+        }
+    }
+    let lit = dot(select(vec4f(0.0), vec4f(1.0), open_segments(packet)), vec4f(1.0));
+    return (lit + 0.5) / PIECES - 0.5;
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    let tile = group.y * tiles_across() + group.x;
+    let tree_index = tree_of(tile);
+    let pixel = tile_origin(tile) + local.xy;
+    if any(pixel >= frame.size) || !is_active(tree_index) {
+        return;
+    }
+    let surface = load_receiver(pixel);
+    if !surface.is_surface {
+        return;
+    }
+    let start = ray_start(surface.position_ws, surface.normal_ws);
+    let seen = remembered(tile, 0u, lane);
+    var change = 0.0;
+    var rays = 0u;
+    for (var level = 0u; level <= shape.deepest; level++) {
+        let width = spacing(level);
+        var mixed = leaf_cells(tree_index, level, 0u, shape.deepest) & (seen ^ (seen >> width));
+        for (; mixed != 0u; mixed &= mixed - 1u) {
+            let first = firstTrailingBit(mixed);
+            change += cell_area(level) * correction(start, first, first + width);
+            rays += 4u;
+        }
+    }
+    let at = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    visibility[at] = change / cell_area(0u);
+    atomicAdd(&control.bracket_rays, rays);
+    if was_cut_short {
+        atomicOr(&control.cut_short, 1u);
+    }
+}
