@@ -31,6 +31,25 @@ def all_structs(base: type[Struct] = Struct) -> list[type[Struct]]:
 STRUCTS = tuple({struct.__name__: struct for struct in all_structs()}.values())
 NEEDS = {"enable clip_distances;": "clip-distances"}
 
+
+def name_of(path: Path) -> str:
+    return path.relative_to(SOURCE).as_posix()
+
+
+STAND_INS = {"known_by_map.wgsl": "known_by_nothing.wgsl", "cutouts.wgsl": "no_cutouts.wgsl"}
+"""Files that others stand in for, where a scene or an option makes them unnecessary."""
+
+
+@functools.cache
+def variants() -> dict[str, tuple[Path, dict[str, str]]]:
+    """Every shader as it is, and with the stand-ins where it includes what they replace."""
+    found: dict[str, tuple[Path, dict[str, str]]] = {name_of(path): (path, {}) for path in SHADERS}
+    for path in SHADERS:
+        if {file for file, _ in compose(path, STRUCTS).origin} & set(STAND_INS):
+            found[f"{name_of(path)} with stand-ins"] = (path, STAND_INS)
+    return found
+
+
 CHROMIUM_FLAGS = [
     "--headless=new", "--no-sandbox", "--disable-quic", "--disable-background-networking", "--disable-component-update",
     "--disable-sync", "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader", "--enable-features=Vulkan",
@@ -55,23 +74,20 @@ try {
 </script>"""
 
 
-def name_of(path: Path) -> str:
-    return path.relative_to(SOURCE).as_posix()
-
-
-@pytest.mark.parametrize("path", SHADERS, ids=name_of)
-def test_compiles_in_naga(path: Path) -> None:
+@pytest.mark.parametrize("name", variants())
+def test_compiles_in_naga(name: str) -> None:
+    path, stand_ins = variants()[name]
     text = path.read_text(encoding="utf-8")
     missing = {feature for line, feature in NEEDS.items() if line in text} - acquire().features
     if missing:
         pytest.skip(f"this adapter lacks {', '.join(missing)}")
-    shader_module(acquire().device, path, STRUCTS)
+    shader_module(acquire().device, path, STRUCTS, stand_ins)
 
 
 def test_no_shader_is_forgotten() -> None:
     """Files without an entry point are libraries: some shader includes each of them."""
     libraries = {path.name for path in SOURCE.rglob("*.wgsl")} - {path.name for path in SHADERS}
-    used = {file for path in SHADERS for file, _ in compose(path, STRUCTS).origin}
+    used = {file for path, stand_ins in variants().values() for file, _ in compose(path, STRUCTS, stand_ins).origin}
     assert len(SHADERS) >= 10
     assert libraries <= used
 
@@ -110,7 +126,7 @@ def test_compiles_in_chromium(tmp_path: Path) -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("no Chromium is installed, so nothing is compiled by Tint")
-    sources = {name_of(path): compose(path, STRUCTS) for path in SHADERS}
+    sources = {name: compose(path, STRUCTS, stand_ins) for name, (path, stand_ins) in variants().items()}
     sent = {name: source.text for name, source in sources.items()}
     sent["a shader with a mistake"] = "fn wrong() -> u32 { return 1.5; }"  # the compiler is really there
     result: dict[str, list[str]] = {}

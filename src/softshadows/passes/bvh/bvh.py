@@ -20,8 +20,7 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError, OptionError
-from softshadows.gpu.commands import SUBMIT_MS, Commands
-from softshadows.gpu.device import Gpu
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.upload import SceneBuffers
@@ -47,14 +46,6 @@ CUT_SHORT = (
 CUTOUT_BUFFERS = 14
 """Storage buffers of a stage that looks at alpha masks: five of the scene's, two of the tree's, up to seven of the
 technique's."""
-RAYS_AT_ONCE = (16, 64)
-"""Of a pixel in one dispatch. At least, since most pixels ask for few; at most, since software drivers bound the rounds
-of an invocation's loops: 65 535 of llvmpipe's, of which 64 rays rarely take 2 000."""
-
-
-def rays_at_once(gpu: Gpu, size: tuple[int, int]) -> int:
-    """How many rays of every pixel fill a submit, within RAYS_AT_ONCE."""
-    return int(np.clip(SUBMIT_MS * gpu.rays_per_ms / (size[0] * size[1]), *RAYS_AT_ONCE))
 
 
 class Bvh:
