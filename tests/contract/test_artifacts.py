@@ -26,8 +26,13 @@ ANGLES = [float(angle) for angle in np.linspace(0.0, 85.0, 17)]
 
 techniques = pytest.mark.parametrize(
     "technique",
-    [ss.techniques.Hard(resolution=RESOLUTION), ss.techniques.Uniform(grid=5, resolution=RESOLUTION)],
-    ids=["hard", "uniform"],
+    [
+        ss.techniques.Hard(resolution=RESOLUTION),
+        ss.techniques.Uniform(grid=5, resolution=RESOLUTION),
+        ss.techniques.Uniform(grid=5, visibility="ray"),
+        ss.techniques.Uniform(grid=5, resolution=RESOLUTION, visibility="hybrid"),
+    ],
+    ids=["hard", "uniform", "rays", "hybrid"],
 )
 
 
