@@ -1,6 +1,6 @@
 """Ray-traced truth: the visibility every technique is measured against, and the closed forms that check it in turn.
 
-    visibility                the share of each light seen from each pixel, by stratified rays
+    visibility                the share of each light seen from each pixel, by stratified rays: Embree's or the GPU's
     visibility_from_points    hard visibility of single light points: splits map error from light-sampling error
     Occluders                 the scene's triangles, to be asked with arbitrary segments
     closed_form               the analytic oracles O1 to O12

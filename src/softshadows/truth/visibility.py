@@ -6,8 +6,8 @@ estimated by one random point in each of many strata of equal area. A light poin
 geometric normal n where dot(n, s − p) > 0, p lies before a one-sided light, and no triangle blocks the segment p s.
 Every pixel draws its own points, so that errors show as noise instead of bands.
 
-Rays start a few ULP off the receiver along n, and end as far before a flat light, so that neither a receiver shadows
-itself nor a lamp's own luminous face its light (see `occluders.OFFSET`).
+`segments` says where rays start and end. Who finds what blocks them is one of two: Embree, or the GPU's rays, so that
+each is checked by the other.
 """
 
 from __future__ import annotations
@@ -15,8 +15,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
-from typing import Any, Literal, Protocol, overload
+from typing import Any, Literal, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -26,26 +25,14 @@ from softshadows.scene.geometry import flatten
 from softshadows.scene.lights import Light
 from softshadows.scene.model import Scene
 from softshadows.truth.occluders import Occluders
+from softshadows.truth.segments import Receivers, Surfaces, cells_of, stratified, to_points
+from softshadows.truth.tracer import Array, Bools, Floats, Tracer
 
-Array = npt.NDArray[np.float64]
-Floats = npt.NDArray[np.float32]
-Bools = npt.NDArray[np.bool_]
-
+BACKENDS = ("embree", "gpu")
 RAYS_PER_CHUNK = 1 << 16
 """Rays in flight per thread, about 10 MB of temporaries. The random numbers depend on it, and on no other size."""
 
 MAX_SAMPLES = 1 << 16
-
-
-class Surfaces(Protocol):
-    """What a frame must show: see `visibility`."""
-
-    @property
-    def position(self) -> npt.NDArray[Any]: ...
-    @property
-    def normal(self) -> npt.NDArray[Any]: ...
-    @property
-    def surface(self) -> npt.NDArray[Any]: ...
 
 
 @overload
@@ -58,6 +45,7 @@ def visibility(
     progress: bool = False,
     return_error: Literal[False] = False,
     threads: int | None = None,
+    backend: str = "embree",
 ) -> Floats: ...
 @overload
 def visibility(
@@ -69,6 +57,7 @@ def visibility(
     progress: bool = False,
     return_error: Literal[True],
     threads: int | None = None,
+    backend: str = "embree",
 ) -> tuple[Floats, Floats]: ...
 def visibility(
     scene: Scene,
@@ -79,6 +68,7 @@ def visibility(
     progress: bool = False,
     return_error: bool = False,
     threads: int | None = None,
+    backend: str = "embree",
 ) -> Floats | tuple[Floats, Floats]:
     """The share of each light of `scene` visible from each pixel of `frame`: (lights, height, width) float32, 0..1.
 
@@ -92,38 +82,46 @@ def visibility(
                     neighbouring cells and errs upwards by a factor of one to two; it is 0 where all points agree, and
                     then up to about 3/samples can hide there.
     threads         how many to use; None for one per processor this process may run on.
+    backend         who traces the rays, the same for both: "embree", or "gpu", which is a second opinion, or the only
+                    one where embreex cannot be installed.
 
     Raises SceneError for a scene whose transforms are not finite, OptionError for other arguments of the wrong kind,
-    DeviceError where embreex is missing.
+    DeviceError where embreex is missing, and by the GPU's rays for scenes too large for it.
     """
     _check_integer(samples, "samples", 1, MAX_SAMPLES)
     _check_integer(seed, "seed", 0, 2**63)
-    receivers = _receivers(frame)
-    occluders = Occluders(flatten(scene))
+    receivers = Receivers.of(frame)
+    tracer = _tracer(scene, backend)
     shape = (len(scene.lights), receivers.count)
     share, error = np.ones(shape, np.float32), np.zeros(shape, np.float32)
 
-    def estimate(index: int, grid: tuple[int, int], chunk: int, rows: slice) -> None:
+    def estimate(index: int, cells: tuple[int, int], chunk: int, rows: slice) -> None:
         """Fills `rows` of one light; `chunk` gives them random numbers of their own."""
         light, part = scene.lights[index], receivers[rows]
         random = np.random.Generator(np.random.SFC64([seed, index, chunk]))
-        seen = _visible(occluders, light, part, _rays(light, grid, part, occluders, random))
+        seen = stratified(light, cells, part, tracer, random).visible(tracer)
         share[index, rows] = seen.mean(axis=1)
         error[index, rows] = _standard_error(seen, light)
 
     tasks = []
     for index, light in enumerate(scene.lights):
-        grid = _grid(light, samples)
-        size = max(1, RAYS_PER_CHUNK // (grid[0] * grid[1]))
+        cells = cells_of(light, samples)
+        size = max(1, RAYS_PER_CHUNK // (cells[0] * cells[1]))
         for chunk, first in enumerate(range(0, receivers.count, size)):
-            tasks.append((index, grid, chunk, slice(first, min(first + size, receivers.count))))
+            tasks.append((index, cells, chunk, slice(first, min(first + size, receivers.count))))
     _run_all(estimate, tasks, threads, progress)
     share_image = receivers.image(share, fill=1.0)
     return (share_image, receivers.image(error, fill=0.0)) if return_error else share_image
 
 
 def visibility_from_points(
-    scene: Scene, frame: Surfaces, points: npt.NDArray[Any], *, light: Light | None = None, threads: int | None = None
+    scene: Scene,
+    frame: Surfaces,
+    points: npt.NDArray[Any],
+    *,
+    light: Light | None = None,
+    threads: int | None = None,
+    backend: str = "embree",
 ) -> Bools:
     """Which of `points` (n, 3), world space, are visible from each pixel of `frame`: (n, height, width) bool.
 
@@ -135,14 +133,12 @@ def visibility_from_points(
     points = np.asarray(points)
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
         raise OptionError(f"points must be finite and of shape (n, 3), got {points.shape}")
-    receivers = _receivers(frame)
-    occluders = Occluders(flatten(scene))
+    receivers = Receivers.of(frame)
+    tracer = _tracer(scene, backend)
     seen = np.ones((len(points), receivers.count), bool)
 
     def cast(rows: slice) -> None:
-        part = receivers[rows]
-        rays = (points - _start(part, occluders)[:, None, :]).astype(np.float32)
-        seen[:, rows] = _visible(occluders, light, part, rays).T
+        seen[:, rows] = to_points(points, light, receivers[rows], tracer).visible(tracer).T
 
     size = max(1, RAYS_PER_CHUNK // max(1, len(points)))
     tasks = [(slice(first, min(first + size, receivers.count)),) for first in range(0, receivers.count, size)]
@@ -150,109 +146,14 @@ def visibility_from_points(
     return receivers.image(seen, fill=True)
 
 
-@dataclass(frozen=True)
-class _Receivers:
-    """The pixels that show a surface: position and normal (n, 3) float64, world space, and their place in the image."""
+def _tracer(scene: Scene, backend: str) -> Tracer:
+    if backend not in BACKENDS:
+        raise OptionError(f"backend must be one of {', '.join(BACKENDS)}, got {backend!r}")
+    if backend == "embree":
+        return Occluders(flatten(scene))
+    from softshadows.truth.gpu_occluders import GpuOccluders  # starts the GPU's driver
 
-    position: Array
-    normal: Array
-    surface: Bools
-
-    @property
-    def count(self) -> int:
-        return len(self.position)
-
-    def __getitem__(self, rows: slice) -> _Receivers:
-        return _Receivers(self.position[rows], self.normal[rows], self.surface)
-
-    def image(self, values: npt.NDArray[Any], fill: float) -> npt.NDArray[Any]:
-        """`values` (layers, n) as (layers, height, width), with `fill` where there is no surface."""
-        result = np.full((len(values), *self.surface.shape), fill, values.dtype)
-        result[:, self.surface] = values
-        return result
-
-
-def _receivers(frame: Surfaces) -> _Receivers:
-    position, normal, surface = (np.asarray(getattr(frame, name)) for name in ("position", "normal", "surface"))
-    if surface.ndim != 2 or surface.dtype != np.bool_:
-        raise OptionError(f"frame.surface must be (height, width) bool, got {surface.shape} {surface.dtype}")
-    for name, values in (("position", position), ("normal", normal)):
-        if values.shape != (*surface.shape, 3) or not np.issubdtype(values.dtype, np.floating):
-            raise OptionError(f"frame.{name} must be {(*surface.shape, 3)} float32, got {values.shape} {values.dtype}")
-    position, normal = position[surface].astype(np.float64), normal[surface].astype(np.float64)
-    if not np.isfinite(position).all():
-        raise OptionError("frame.position must be finite wherever frame.surface is true")
-    if not np.all(np.abs(np.linalg.norm(normal, axis=1) - 1.0) < 1e-3):  # also refuses NaN
-        raise OptionError("frame.normal must have length 1 wherever frame.surface is true")
-    return _Receivers(position, normal, surface)
-
-
-def _grid(light: Light, samples: int) -> tuple[int, int]:
-    """Cells along the light's two axes, at least `samples` in all, about as wide as high."""
-    a, b = light.half_extent
-    if a == 0.0 and b == 0.0:
-        return (1, 1)
-    if b == 0.0:
-        return (samples, 1)
-    if a == 0.0:
-        return (1, samples)
-    columns = int(np.clip(round(np.sqrt(samples * a / b)), 1, samples))
-    return (columns, -(-samples // columns))
-
-
-def _rays(
-    light: Light, grid: tuple[int, int], receivers: _Receivers, occluders: Occluders, random: np.random.Generator
-) -> Floats:
-    """(n, k, 3) float32: from each receiver's `start` to one random point in each cell of the light, row by row."""
-    start = _start(receivers, occluders)
-    if light.kind == "directional":
-        reach = np.linalg.norm(start - occluders.center, axis=1) + occluders.diagonal + 1.0  # past all triangles
-        return (reach[:, None, None] * light.axes[2]).astype(np.float32)
-    if light.half_extent == (0.0, 0.0):
-        return (light.center - start)[:, None, :].astype(np.float32)
-
-    columns, rows = grid
-    s, t = random.random((2, receivers.count, rows, columns), np.float32)
-    s = ((s + np.arange(columns, dtype=np.float32)) / np.float32(columns)).reshape(receivers.count, -1)
-    t = ((t + np.arange(rows, dtype=np.float32)[:, None]) / np.float32(rows)).reshape(receivers.count, -1)
-    if light.kind == "disk":
-        return (light.points(s, t) - start[:, None, :]).astype(np.float32)
-    corner, right, top = light.points(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
-    rays = np.empty((*s.shape, 3), np.float32)
-    for axis in range(3):  # rectangles and lines are affine in (s, t); three long loops beat many of length three
-        rays[..., axis] = (
-            np.float32(right[axis] - corner[axis]) * s
-            + np.float32(top[axis] - corner[axis]) * t
-            + (corner[axis] - start[:, axis, None]).astype(np.float32)
-        )
-    return rays
-
-
-def _start(receivers: _Receivers, occluders: Occluders) -> Array:
-    """(n, 3) float64: where rays leave, clear of the surface."""
-    return receivers.position + occluders.offset(receivers.position)[:, None] * receivers.normal
-
-
-def _visible(occluders: Occluders, light: Light | None, receivers: _Receivers, rays: Floats) -> Bools:
-    """(n, k) bool: whether each receiver sees the light points that its rays (n, k, 3) lead to."""
-    offset = occluders.offset(receivers.position)
-    above = np.matmul(rays, receivers.normal[:, :, None].astype(np.float32))[..., 0]  # of the start's horizon
-    visible = above > -offset[:, None]
-    until = np.float32(1.0)
-    if light is not None and light.kind in ("rect", "disk"):
-        height = (receivers.position - light.center) @ -light.axes[2]  # before the light's plane
-        if light.one_sided:
-            visible &= height[:, None] > 0.0
-        until = 1.0 - occluders.offset(light.center) / np.maximum(np.abs(height), 1e-30)[:, None]
-    elif light is None or light.kind != "directional":
-        until = 1.0 - offset[:, None] / np.maximum(np.linalg.norm(rays, axis=2), 1e-30)
-
-    start = np.broadcast_to(_start(receivers, occluders)[:, None, :], rays.shape)
-    until = np.broadcast_to(until, visible.shape)
-    if visible.all():
-        return ~occluders.blocked_along(start, rays, until)
-    visible[visible] = ~occluders.blocked_along(start[visible], rays[visible], until[visible])
-    return visible
+    return GpuOccluders(flatten(scene))
 
 
 def _standard_error(seen: Bools, light: Light) -> Array | float:
@@ -271,7 +172,7 @@ def _standard_error(seen: Bools, light: Light) -> Array | float:
 
 
 def _run_all(work: Callable[..., None], tasks: list, threads: int | None, progress: bool) -> None:
-    """Runs `work(*task)` for all tasks on a pool of threads; numpy and Embree let go of the interpreter meanwhile."""
+    """Runs `work(*task)` for all tasks on a pool of threads; numpy and tracers let go of the interpreter meanwhile."""
     if threads is not None:
         _check_integer(threads, "threads", 1, 1024)
     with ThreadPoolExecutor(threads or _processors()) as pool:

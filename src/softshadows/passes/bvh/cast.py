@@ -1,4 +1,4 @@
-"""Segments asked about outside of a frame, four from one point at a time: for tests, and to time the walk."""
+"""Segments asked about outside of a frame, four from one point at a time: for truth, tests, and times of the walk."""
 
 from __future__ import annotations
 
@@ -38,11 +38,12 @@ class Caster:
         self.seconds = 0.0
 
     def blocked(
-        self, origins: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], until: float = 1.0
+        self, origins: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], until: npt.ArrayLike = 1.0
     ) -> npt.NDArray[np.bool_]:
         """(n, 4): is the segment from origins (n, 3) along the share `until` of rays (n, 4, 3) blocked? World space.
 
-        Raises DeviceError where the device ended a walk too early.
+        `until` is one for all, or (n, 4); where it is negative the answer is yes. Raises DeviceError where the
+        device ended a walk too early.
         """
         self._update_tree()
         self.seconds = 0.0

@@ -1,0 +1,40 @@
+"""The scene's triangles as the GPU's rays see them: a second tracer, which shares no code with Embree.
+
+Its tree, its edge tests and its alpha masks are those of `visibility="ray"` (passes/bvh, shaders/occluded.wgsl).
+"""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+
+from softshadows.gpu.device import acquire
+from softshadows.gpu.upload import SceneBuffers
+from softshadows.passes.bvh.bvh import Bvh
+from softshadows.passes.bvh.cast import PACKET, Caster
+from softshadows.scene.geometry import Geometry
+from softshadows.truth.tracer import NOT_ASKED, Array, Bools, Floats, Tracer
+
+
+class GpuOccluders(Tracer):
+    """Triangles that block light, asked on the GPU. Several threads may ask; they take turns.
+
+    Raises DeviceError without an adapter, for scenes too large for it, and where the device ends a ray too early.
+    """
+
+    def __init__(self, geometry: Geometry) -> None:
+        super().__init__(geometry)
+        buffers = SceneBuffers(acquire(), geometry)
+        self._caster, self._turn = Caster(buffers, Bvh(buffers)), threading.Lock()
+
+    def blocked_from(self, start: Array, rays: Floats, until: Floats) -> Bools:
+        count, width = until.shape
+        packets = -(-width // PACKET)
+        spare = packets * PACKET - width
+        rays = np.pad(rays, ((0, 0), (0, spare), (0, 0))).reshape(-1, PACKET, 3)
+        until = np.pad(until, ((0, 0), (0, spare)), constant_values=NOT_ASKED).reshape(-1, PACKET)
+        origins = np.repeat(start.astype(np.float32), packets, axis=0)
+        with self._turn:
+            blocked = self._caster.blocked(origins, rays, until)
+        return blocked.reshape(count, -1)[:, :width]
