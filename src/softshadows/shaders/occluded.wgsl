@@ -36,10 +36,18 @@ fn inverse(steps: vec4f) -> vec4f {
     return 1.0 / select(steps, select(vec4f(-SMALLEST_STEP), vec4f(SMALLEST_STEP), steps >= vec4f(0.0)), is_small);
 }
 
-// The packet's shares once the triangle at `place` has blocked what it blocks. Edge by edge: on which side does the ray pass?
-// Two triangles that share an edge compute the same number with opposite signs, so that no ray passes between them (Woop et
-// al. 2013, by Plücker coordinates as in Embree's robust mode).
-fn blocked_by(packet: Packet, place: u32) -> vec4f {
+// Where rays pass a triangle: on which side of its edges. All of one sign: through the triangle.
+struct Passing {
+    beside_a: vec4f,
+    beside_b: vec4f,
+    beside_c: vec4f,
+    is_hit: vec4<bool>,
+    triangle: u32,
+};
+
+// Two triangles that share an edge compute the same number for it, with opposite signs, so that no ray passes between them
+// (Woop et al. 2013, by Plücker coordinates as in Embree's robust mode).
+fn pass_triangle(packet: Packet, place: u32) -> Passing {
     let first = tree_triangles[3u * place];
     let a = first.xyz - packet.origin_ws;
     let b = tree_triangles[3u * place + 1u].xyz - packet.origin_ws;
@@ -47,20 +55,30 @@ fn blocked_by(packet: Packet, place: u32) -> vec4f {
     let beside_b = along_rays(packet, cross(c + a, c - a));
     let beside_c = along_rays(packet, cross(a + b, a - b));
     let beside_a = along_rays(packet, cross(b + c, b - c));
-    let sum = beside_a + beside_b + beside_c;
+    let tolerance = ROUNDING * abs(beside_a + beside_b + beside_c);
     let least = min(min(beside_a, beside_b), beside_c);
     let most = max(max(beside_a, beside_b), beside_c);
-    let is_through = (least >= -ROUNDING * abs(sum)) | (most <= ROUNDING * abs(sum));
+    let is_through = (least >= -tolerance) | (most <= tolerance);
 
     let normal = cross(c - a, a - b);
     let slope = along_rays(packet, normal);
     let reached = dot(normal, a) * sign(slope);
     let is_between = (reached >= vec4f(0.0)) & (reached <= packet.until * abs(slope)) & (slope != vec4f(0.0));
-    let is_hit = exists_at(bitcast<u32>(first.w), is_through & is_between, beside_b / sum, beside_c / sum);
+    return Passing(beside_a, beside_b, beside_c, is_through & is_between, bitcast<u32>(first.w));
+}
+
+// The packet's shares once the triangle at `place` has blocked what it blocks.
+fn blocked_by(packet: Packet, place: u32) -> vec4f {
+    let passing = pass_triangle(packet, place);
+    let sum = passing.beside_a + passing.beside_b + passing.beside_c;
+    let is_hit = exists_at(passing.triangle, passing.is_hit, passing.beside_b / sum, passing.beside_c / sum);
     return select(packet.until, vec4f(-1.0), is_hit);
 }
 
 // Those of the packet's segments that are open to the end.
+//
+// Loops, not branches, hold what is rarer: hits in the outer one, triangles in the next, boxes innermost. A machine that runs
+// many invocations in step then does not test a triangle for each box, nor read a texture for each triangle.
 fn open_segments(asked: Packet) -> vec4<bool> {
     var packet = asked;
     if last_blocker != NOWHERE {
@@ -71,31 +89,44 @@ fn open_segments(asked: Packet) -> vec4<bool> {
     let step_y = inverse(packet.y * tree.cells_per_metre.y);
     let step_z = inverse(packet.z * tree.cells_per_metre.z);
     var node = 0u;
-    while node < tree.node_count && any(packet.until >= vec4f(0.0)) {
-        let box = tree_nodes[node];
-        let low = box_low(box) - origin;
-        let high = box_high(box) - origin;
-        let near_x = min(low.x * step_x, high.x * step_x);
-        let near_y = min(low.y * step_y, high.y * step_y);
-        let near_z = min(low.z * step_z, high.z * step_z);
-        let far_x = max(low.x * step_x, high.x * step_x);
-        let far_y = max(low.y * step_y, high.y * step_y);
-        let far_z = max(low.z * step_z, high.z * step_z);
-        let enters = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
-        let leaves = min(min(far_x, far_y), min(far_z, packet.until));
-        let is_met = any(enters <= leaves);
-        let is_leaf = box.w >= LEAF;
-        if is_met && is_leaf {
-            for (var place = leaf_first(box); place < leaf_end(box); place++) {
-                let until = blocked_by(packet, place);
-                if any(until != packet.until) {
-                    last_blocker = place;
-                    packet.until = until;
-                }
+    var place = 0u;    // of the next triangle, in a leaf whose triangles end
+    var end = 0u;      // here
+    var is_walking = any(packet.until >= vec4f(0.0));
+    while is_walking {
+        var is_hit = false;
+        while is_walking && !is_hit {
+            while place == end && node < tree.node_count {
+                let box = tree_nodes[node];
+                let low = box_low(box) - origin;
+                let high = box_high(box) - origin;
+                let near_x = min(low.x * step_x, high.x * step_x);
+                let near_y = min(low.y * step_y, high.y * step_y);
+                let near_z = min(low.z * step_z, high.z * step_z);
+                let far_x = max(low.x * step_x, high.x * step_x);
+                let far_y = max(low.y * step_y, high.y * step_y);
+                let far_z = max(low.z * step_z, high.z * step_z);
+                let enters = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
+                let leaves = min(min(far_x, far_y), min(far_z, packet.until));
+                let is_met = any(enters <= leaves);
+                let is_leaf = box.w >= LEAF;
+                place = select(0u, leaf_first(box), is_met && is_leaf);
+                end = select(0u, leaf_end(box), is_met && is_leaf);
+                node = select(box.w, node + 1u, is_met || is_leaf);
             }
+            while place < end && !is_hit {
+                is_hit = any(pass_triangle(packet, place).is_hit);
+                place += select(1u, 0u, is_hit);
+            }
+            is_walking = is_hit || place < end || node < tree.node_count;
         }
-        node = select(box.w, node + 1u, is_met || is_leaf);
+        if is_hit {
+            let until = blocked_by(packet, place);
+            last_blocker = select(last_blocker, place, any(until != packet.until));
+            packet.until = until;
+            place += 1u;
+            is_walking = any(packet.until >= vec4f(0.0)) && (place < end || node < tree.node_count);
+        }
     }
-    was_cut_short |= node < tree.node_count && any(packet.until >= vec4f(0.0));
+    was_cut_short |= is_walking;
     return packet.until >= vec4f(0.0);
 }
