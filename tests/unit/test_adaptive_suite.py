@@ -13,7 +13,7 @@ from softshadows.errors import SceneError
 from softshadows.report.console import figures_table
 from softshadows.report.measure import label_of
 from softshadows.report.results import results
-from softshadows.report.suites import Settings, adaptive, find_suite
+from softshadows.report.suites import Settings, adaptive, baselines, find_suite
 from softshadows.report.suites.adaptive import Rays, View, measure_view
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
@@ -39,12 +39,12 @@ def test_rays_that_do_not_converge_evenly() -> None:
 
 
 def test_the_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(adaptive.SCENES_VARIABLE, raising=False)
+    monkeypatch.delenv(baselines.SCENES_VARIABLE, raising=False)
     assert [view.name for view in adaptive.views()] == ["far", "near", "atrium"]
     for view in adaptive.views():
         assert view.open().scene.lights
         assert all(group[0].name == "uniform" for group in view.groups)
-    monkeypatch.setenv(adaptive.SCENES_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(baselines.SCENES_VARIABLE, str(tmp_path))
     with pytest.raises(SceneError, match="SOFTSHADOWS_SCENES"):
         list(adaptive.views())
     (tmp_path / "shots").mkdir()

@@ -9,7 +9,7 @@ import pytest
 
 from softshadows.errors import SceneError
 from softshadows.report.results import results
-from softshadows.report.suites import Settings, find_suite, linear
+from softshadows.report.suites import Settings, baselines, find_suite, linear
 from softshadows.report.suites.linear import View, measure_view, views
 from softshadows.scene.lights import LineLight
 from softshadows.techniques import OccludingEdges, Uniform
@@ -18,7 +18,7 @@ SIZE = (48, 36)
 
 
 def test_every_view_has_a_line_light_and_two_point_lights(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.delenv(linear.SCENES_VARIABLE, raising=False)
+    monkeypatch.delenv(baselines.SCENES_VARIABLE, raising=False)
     found = list(views())
     assert [view.name for view in found[:5]] == [*linear.BUILTIN, "resolution"]
     assert len(found) == 5 + len(linear.SPHERES)
@@ -26,7 +26,7 @@ def test_every_view_has_a_line_light_and_two_point_lights(tmp_path: Path, monkey
         assert [light.kind for light in view.open().scene.lights] == ["line"]
         assert view.techniques[0].name == "uniform"
         assert view.techniques[0].grid == 2  # type: ignore[attr-defined]
-    monkeypatch.setenv(linear.SCENES_VARIABLE, str(tmp_path))
+    monkeypatch.setenv(baselines.SCENES_VARIABLE, str(tmp_path))
     with pytest.raises(SceneError, match="SOFTSHADOWS_SCENES"):
         list(views())
 

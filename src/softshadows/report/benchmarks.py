@@ -218,6 +218,7 @@ def _tables(pictures: Sequence[Picture]) -> list[str]:
         parts.append(f"{width}×{height}, {picture['triangles']:,} triangles, {kinds} light.")
         parts.append(table([heading for heading, _ in COLUMNS], [_cells(row) for row in picture["techniques"]]))
         parts += _figures(picture["techniques"])
+        parts += _of_the_picture(picture["figures"])
     return parts
 
 
@@ -233,6 +234,14 @@ def _figures(rows: Sequence[Row]) -> list[str]:
     if said:
         parts.append("\n".join(f"- **{row['label']}** ({_options(row)}): {row['figures'][ABOUT]}" for row in said))
     return parts
+
+
+def _of_the_picture(figures: dict[str, Any]) -> list[str]:
+    """What a suite measures of the picture itself, where it is a number."""
+    rows = [
+        [name.replace("_", " "), _figure(value)] for name, value in figures.items() if isinstance(value, int | float)
+    ]
+    return [table(["of the picture", ""], rows)] if rows else []
 
 
 def _options(row: Row) -> str:

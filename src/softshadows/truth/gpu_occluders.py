@@ -18,7 +18,8 @@ from softshadows.truth.tracer import NOT_ASKED, Array, Bools, Floats, Tracer
 
 
 class GpuOccluders(Tracer):
-    """Triangles that block light, asked on the GPU. Several threads may ask; they take turns.
+    """Triangles that block light, asked on the GPU. Several threads may ask; they take turns. `seconds`: how long the
+    GPU took for all answers so far.
 
     Raises DeviceError without an adapter, for scenes too large for it, and where the device ends a ray too early.
     """
@@ -27,6 +28,7 @@ class GpuOccluders(Tracer):
         super().__init__(geometry)
         buffers = SceneBuffers(acquire(), geometry)
         self._caster, self._turn = Caster(buffers, Bvh(buffers)), threading.Lock()
+        self.seconds = 0.0
 
     def blocked_from(self, start: Array, rays: Floats, until: Floats) -> Bools:
         count, width = until.shape
@@ -37,4 +39,5 @@ class GpuOccluders(Tracer):
         origins = np.repeat(start.astype(np.float32), packets, axis=0)
         with self._turn:
             blocked = self._caster.blocked(origins, rays, until)
+            self.seconds += self._caster.seconds
         return blocked.reshape(count, -1)[:, :width]

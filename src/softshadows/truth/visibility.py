@@ -175,7 +175,7 @@ def _run_all(work: Callable[..., None], tasks: list, threads: int | None, progre
     """Runs `work(*task)` for all tasks on a pool of threads; numpy and tracers let go of the interpreter meanwhile."""
     if threads is not None:
         _check_integer(threads, "threads", 1, 1024)
-    with ThreadPoolExecutor(threads or _processors()) as pool:
+    with ThreadPoolExecutor(threads or processors()) as pool:
         pending = [pool.submit(work, *task) for task in tasks]
         try:
             for future in _tracked(pending, progress):
@@ -193,7 +193,8 @@ def _tracked(pending: list, progress: bool) -> Any:
     return track(as_completed(pending), description="ray-traced truth", total=len(pending))
 
 
-def _processors() -> int:
+def processors() -> int:
+    """Those that this process may run on."""
     if hasattr(os, "sched_getaffinity"):
         return max(1, len(os.sched_getaffinity(0)))
     return os.cpu_count() or 1

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from softshadows.errors import OptionError
 from softshadows.report.measure import Measurement, Notice
-from softshadows.report.suites import adaptive, baselines, choice, linear, mobile, scaling, wedges
+from softshadows.report.suites import adaptive, baselines, choice, linear, mobile, rays, scaling, wedges
 
 
 @dataclass(frozen=True)
@@ -30,6 +30,7 @@ SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
     "choice": choice.run,
     "linear": linear.run,
     "mobile": mobile.run,
+    "rays": rays.run,
     "scaling": scaling.run,
     "wedges": wedges.run,
 }

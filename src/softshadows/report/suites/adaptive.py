@@ -30,7 +30,6 @@ techniques/adaptive/pictures.py shows.
 
 from __future__ import annotations
 
-import os
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
@@ -43,13 +42,13 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows import metrics, truth
-from softshadows.errors import DeviceError, SceneError
+from softshadows.errors import DeviceError
 from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
 from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
-from softshadows.report.suites.baselines import SCENES_VARIABLE
+from softshadows.report.suites.baselines import real_shots
 from softshadows.report.turns import LIGHT_STEP, Timing, label_of, moved
 from softshadows.scene import builtin
 from softshadows.scene.camera import Camera
@@ -141,6 +140,14 @@ class Rays:
         slope = float(np.polyfit(self.samples, self.seconds, 1)[0])
         return 1e3 * (slope if slope > 0.0 else self.seconds[-1] / self.samples[-1])
 
+    @property
+    def series(self) -> list[dict[str, float]]:
+        """By number of rays, as results.json has them."""
+        return [
+            {"samples": samples, "rmse": rmse, "seconds": seconds}
+            for samples, rmse, seconds in zip(self.samples, self.rmse, self.seconds, strict=True)
+        ]
+
     def equal_to(self, rmse: float) -> tuple[float, str | None]:
         """How many rays have that rmse, interpolated on logarithmic scales; beyond RAYS their end, and the side."""
         errors = np.maximum(np.minimum.accumulate(self.rmse), 1e-12)
@@ -173,21 +180,10 @@ def views() -> Iterator[View]:
         pcss = _make("pcss", blocker_samples=64, filter_samples=64, resolution=MAP)
         yield View(name, lambda name=name, camera=camera: _modest(name, camera), [[uniform, whole, tile, pcss]])
     yield View("atrium", lambda: open_shot("atrium"), [[uniform, whole, half, tile]])
-    folder = os.environ.get(SCENES_VARIABLE)
-    if not folder:
-        return
-    files = [Path(folder, "shots", f"{name}.toml") for name in SHOTS]
-    if not any(file.exists() for file in files):
-        raise SceneError(
-            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(SHOTS)}}}.toml",
-            code="SCENE_UNKNOWN",
-            file=folder,
-        )
     cells = _make("adaptive", filter="cell", max_maps=25, resolution=MAP)
-    for file in files:
-        if file.exists():
-            groups = [[uniform, tile, cells], [_make("uniform"), _make("adaptive")]]
-            yield View(file.stem, lambda file=file: open_shot(str(file)), groups)
+    for file in real_shots(SHOTS):
+        groups = [[uniform, tile, cells], [_make("uniform"), _make("adaptive")]]
+        yield View(file.stem, lambda file=file: open_shot(str(file)), groups)
 
 
 def _make(name: str, **options: Any) -> Technique:
@@ -224,11 +220,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
             if settings.folder is not None:
                 for run, result in zip(runs, made, strict=True):
                     _write_pictures(settings.folder / view.name, run, result, made[0])
-    series = [
-        {"samples": n, "rmse": rmse, "seconds": seconds}
-        for n, rmse, seconds in zip(rays.samples, rays.rmse, rays.seconds, strict=True)
-    ]
-    return Measurement(shot, held.reference, results, skipped, {"rays": series})
+    return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
 
 
 def render_in_turns(
@@ -237,8 +229,10 @@ def render_in_turns(
     settings: Settings,
     notice: Notice,
     modes: Sequence[str] = (REDRAWN, KEPT),
+    keeps: Callable[[Technique], bool] = lambda technique: getattr(technique, "resolution", None) != "auto",
 ) -> tuple[list[Run], list[str]]:
-    """Every technique's frames, timed in the modes in turns; and in sentences which techniques could not run."""
+    """Every technique's frames, timed in the modes in turns, those that it `keeps` in both; and in sentences which
+    techniques could not run."""
     runs: list[Run] = []
     failed: list[str] = []
     lights, right = list(shot.scene.lights), np.array(shot.camera.axes[0])
@@ -259,7 +253,7 @@ def render_in_turns(
             shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
             for run in runs:
                 run.render(REDRAWN, shot.camera)
-        keeping = [run for run in runs if getattr(run.technique, "resolution", None) != "auto"]
+        keeping = [run for run in runs if keeps(run.technique)]
         turns = SETTLING + settings.repeats if keeping and KEPT in modes else 0
         for turn in range(1, turns + 1):
             notice(f"maps kept, frame {turn} of {turns}", 0.5 + 0.5 * turn / (turns + 1))
@@ -297,36 +291,45 @@ def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
     return Rays(list(counts), errors, seconds)
 
 
-def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
+def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
+    """A technique's errors and times, and the rays that err as much: the figures that need no other technique."""
     redrawn, kept = run.timings(REDRAWN), run.timings(KEPT)
     assert redrawn is not None, "every technique is timed with all redrawn"
     result = held.result(run.technique, run.frame, run.timing(REDRAWN))
     if kept is not None:
         result.times[KEPT] = run.timing(KEPT)
     result.stats["gpu_ms"] = redrawn["gpu_ms"]
-    uniform = [
-        metrics.compare(*light)
-        for light in zip(run.frame.visibility, baseline.frame.visibility, held.reference.mask, strict=True)
-    ]
     error = _mean(result.comparisons, "rmse")
     equal, bound = rays.equal_to(error)
     ray_ms = equal * rays.ms_per_sample
-    gpu_ms = sum(redrawn["gpu_ms"].values())
     result.figures = {
         "lookups": run.frame.stats.lookups_per_pixel,
-        "time_ratio_redrawn": _ratio(baseline.timings(REDRAWN), redrawn),
-        "time_ratio_kept": _ratio(baseline.timings(KEPT), kept),
-        "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
         "rmse_truth": error,
         "penumbra_rmse_truth": _mean(result.comparisons, "penumbra_rmse"),
-        "rmse_uniform": _mean(uniform, "rmse"),
-        "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),
         "equal_rays": equal,
         "equal_rays_bound": bound,
         "ray_time_ratio_redrawn": ray_ms / redrawn["wall_ms"],
         "ray_time_ratio_kept": ray_ms / kept["wall_ms"] if kept else None,
         REDRAWN: redrawn,
         KEPT: kept,
+    }
+    return result
+
+
+def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
+    result = result_beside_rays(run, held, rays)
+    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+    uniform = [
+        metrics.compare(*light)
+        for light in zip(run.frame.visibility, baseline.frame.visibility, held.reference.mask, strict=True)
+    ]
+    gpu_ms = sum(redrawn["gpu_ms"].values())
+    result.figures |= {
+        "time_ratio_redrawn": _ratio(baseline.timings(REDRAWN), redrawn),
+        "time_ratio_kept": _ratio(baseline.timings(KEPT), kept),
+        "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
+        "rmse_uniform": _mean(uniform, "rmse"),
+        "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),
     }
     return result
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -49,3 +49,19 @@ def sources() -> Iterator[str]:
         if not shots:
             raise SceneError(f"{SCENES_VARIABLE} is set, but holds no shots/*.toml", code="SCENE_UNKNOWN", file=folder)
         yield from map(str, shots)
+
+
+def real_shots(names: Sequence[str]) -> list[Path]:
+    """The files of those shots that $SOFTSHADOWS_SCENES holds, none where it is not set; SceneError where it holds none
+    of them."""
+    folder = os.environ.get(SCENES_VARIABLE)
+    if not folder:
+        return []
+    found = [file for name in names if (file := Path(folder, "shots", f"{name}.toml")).exists()]
+    if not found:
+        raise SceneError(
+            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(names)}}}.toml",
+            code="SCENE_UNKNOWN",
+            file=folder,
+        )
+    return found

@@ -21,21 +21,18 @@ A picture's figure `rays` holds samples, rmse and seconds of every number of ray
 
 from __future__ import annotations
 
-import os
 import statistics
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softshadows.errors import SceneError
 from softshadows.report.compare import file_stem
 from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.adaptive import REDRAWN, Rays, Run, render_in_turns, trace
-from softshadows.report.suites.baselines import SCENES_VARIABLE, SIZE
+from softshadows.report.suites.baselines import SIZE, real_shots
 from softshadows.scene import builtin
 from softshadows.scene.lights import LineLight
 from softshadows.scene.model import Scene
@@ -81,7 +78,7 @@ def views() -> Iterator[View]:
     """The comparisons, then the costs; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
     for name in BUILTIN:
         yield View(name, partial(under_a_line, name, getattr(builtin, name)()), methods())
-    for file in _shots():
+    for file in real_shots(SHOTS):
         yield View(file.stem, partial(open_shot, str(file)), methods())
     by_resolution: list[Technique] = []
     for resolution in RESOLUTIONS:
@@ -115,21 +112,6 @@ def _point_lights(count: int, resolution: int | str = "auto") -> Technique:
     return Uniform(grid=count, resolution=resolution)
 
 
-def _shots() -> list[Path]:
-    folder = os.environ.get(SCENES_VARIABLE)
-    if not folder:
-        return []
-    files = [Path(folder, "shots", f"{name}.toml") for name in SHOTS]
-    found = [file for file in files if file.exists()]
-    if not found:
-        raise SceneError(
-            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(SHOTS)}}}.toml",
-            code="SCENE_UNKNOWN",
-            file=folder,
-        )
-    return found
-
-
 def under_a_line(name: str, scene: Scene) -> Shot:
     """The scene under a line as long as its light is wide, and as bright in all."""
     light = scene.lights[0]
@@ -160,11 +142,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
         write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
         for result in results:
             write_bytes(png(result.picture), settings.folder / view.name / f"{file_stem(result.label)}.png")
-    series = [
-        {"samples": n, "rmse": rmse, "seconds": seconds}
-        for n, rmse, seconds in zip(rays.samples, rays.rmse, rays.seconds, strict=True)
-    ]
-    return Measurement(shot, held.reference, results, skipped, {"rays": series})
+    return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
 
 
 def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:

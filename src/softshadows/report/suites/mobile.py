@@ -22,18 +22,16 @@ Pictures of `mannequin`, where there is a folder for them: figure 5's zooms, the
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from softshadows.errors import SceneError
 from softshadows.report.compare import file_stem
 from softshadows.report.measure import Measurement, Notice, Result, notice_of_step, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
-from softshadows.report.suites.baselines import SCENES_VARIABLE
+from softshadows.report.suites.baselines import real_shots
 from softshadows.report.turns import render_in_turns
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
@@ -86,17 +84,7 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
 def sources() -> Iterator[str]:
     """The built-in figure, then the shots of $SOFTSHADOWS_SCENES; SceneError where that is a folder without any."""
     yield BUILTIN
-    folder = os.environ.get(SCENES_VARIABLE)
-    if not folder:
-        return
-    files = [Path(folder, "shots", f"{name}.toml") for name in SHOTS]
-    if not any(file.exists() for file in files):
-        raise SceneError(
-            f"{SCENES_VARIABLE} is set, but holds none of shots/{{{','.join(SHOTS)}}}.toml",
-            code="SCENE_UNKNOWN",
-            file=folder,
-        )
-    yield from (str(file) for file in files if file.exists())
+    yield from map(str, real_shots(SHOTS))
 
 
 def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice: Notice) -> Measurement:

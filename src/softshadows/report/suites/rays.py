@@ -1,0 +1,202 @@
+"""Rays on the GPU: as fast as Embree's and the same answers? And maps, rays and both in the adaptive tree.
+
+Pictures: where $SOFTSHADOWS_SCENES is set real scenes under rectangle and line lights, else built-in ones; then hills
+of 10⁴ and 10⁵ triangles, for which trees are built. (10⁶: `time_tree(terrain(1_000_000), "gpu")` of tree_times.py.)
+
+A picture's figures, from the same stratified shadow rays by Embree and the GPU, in turns, some at a time:
+
+segments                       how many
+embree_per_second              on all cores, called from numpy
+gpu_per_second                 with the answers' way back
+ratio                          of the two
+disagreeing                    rays with another answer
+farthest_from_edge             how far one of them has to be shifted, in shares of the scene's diagonal, for Embree's
+                               answer to change; None for none
+cpu_build_ms, gpu_build_ms     a tree's shape and boxes (hills)
+cpu_refit_ms                   the boxes alone (hills)
+rays                           samples, rmse and seconds of stratified rays by Embree
+
+A technique's, timed as in `adaptive.py`, but with maps of any resolution kept if they can be:
+
+lookups                        per pixel: rays, or looks into maps, or both
+rmse_truth, penumbra_rmse_truth, equal_rays, equal_rays_bound, ray_time_ratio_redrawn, _kept, redrawn, kept
+                               see adaptive.py
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from softshadows.report.measure import Measurement, Notice, notice_of_step, yardstick
+from softshadows.report.suites.adaptive import FacingSurfaces, render_in_turns, result_beside_rays, trace
+from softshadows.report.suites.baselines import SIZE, real_shots
+from softshadows.report.tree_times import terrain, time_tree
+from softshadows.scene.camera import Camera
+from softshadows.scene.geometry import flatten
+from softshadows.scene.lights import RectLight
+from softshadows.scene.shot import Shot, open_shot
+from softshadows.techniques import Adaptive, Technique, Uniform
+from softshadows.truth.gpu_occluders import GpuOccluders
+from softshadows.truth.occluders import Occluders
+from softshadows.truth.segments import Receivers, Segments, cells_of, stratified
+from softshadows.truth.visibility import processors
+
+if TYPE_CHECKING:
+    from softshadows.report.suites import Settings
+
+BUILTIN = ("figures", "leaves")
+SHOTS = ("scorpion", "sponza_near", "bike_near", "classroom", "chair_line", "classroom_tube")
+HILLS = (10_000, 100_000)
+TECHNIQUES: tuple[Technique, ...] = (
+    Adaptive(),
+    Adaptive(visibility="ray"),
+    Adaptive(visibility="hybrid"),
+    Uniform(visibility="ray", grid=5),
+)
+RAYS = (4, 16, 36, 64)
+"""Per pixel: the errors of the techniques lie among theirs."""
+SEGMENTS = 1_700_000
+"""Of each picture, at least: 10⁷ of the six shots."""
+AT_ONCE = 1 << 18
+"""Segments before it is the other's turn."""
+PARTS = 4
+"""For each core, so that none waits long for the others."""
+SEED = 2
+SHIFTS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
+"""Of a disagreeing ray, in shares of the scene's diagonal."""
+SHIFTED = 64
+"""Rays around it for each of them."""
+SUN = RectLight((15.0, 30.0, 10.0), (0.0, 0.0, 0.0), 6.0, 6.0, (100.0, 100.0, 100.0))
+OVER_HILLS = Camera((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 45.0)
+
+
+@dataclass(frozen=True)
+class View:
+    """A shot, its techniques, and whether its trees are timed too."""
+
+    name: str
+    open: Callable[[], Shot]
+    techniques: Sequence[Technique]
+    times_trees: bool = False
+
+
+def run(settings: Settings, notice: Notice) -> list[Measurement]:
+    """Rays on the GPU against Embree and against shadow maps, and what their trees cost."""
+    chosen = list(views())
+    measurements = []
+    for index, view in enumerate(chosen):
+        within = notice_of_step(notice, index, len(chosen), view.name)
+        within("opening", 0.0)
+        measurements.append(measure_view(view, settings, within))
+    return measurements
+
+
+def views() -> Iterator[View]:
+    """The scenes, then the hills; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
+    for source in list(map(str, real_shots(SHOTS))) or BUILTIN:
+        shot = partial(open_shot, source)
+        yield View(shot().name, shot, TECHNIQUES)
+    for triangles in HILLS:
+        name = f"hills, {triangles} triangles"
+        yield View(name, partial(hills, name, triangles), (Adaptive(visibility="ray"),), times_trees=True)
+
+
+def hills(name: str, triangles: int) -> Shot:
+    """A terrain under a low light."""
+    scene = terrain(triangles)
+    scene.lights, scene.camera = [SUN], OVER_HILLS
+    return Shot(name, scene, OVER_HILLS, SIZE)
+
+
+def measure_view(view: View, settings: Settings, notice: Notice, segments: int = SEGMENTS) -> Measurement:
+    """All figures of a view, at least so many segments' among them."""
+    shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
+    held = yardstick(shot, settings.samples, notice)
+    notice("tracing shadow rays", 0.2)
+    rays = trace(shot, held, RAYS)
+    notice("the same rays by Embree and the GPU", 0.3)
+    mask = np.asarray(held.reference.mask.any(axis=0))
+    figures = cast_by_both(shot, FacingSurfaces(held.frame.position, held.frame.normal, mask), segments)
+    if view.times_trees:
+        cpu, gpu = (time_tree(shot.scene, builder) for builder in ("cpu", "gpu"))
+        figures |= {"cpu_build_ms": cpu.build_ms, "gpu_build_ms": gpu.build_ms, "cpu_refit_ms": cpu.follow_ms}
+    runs, skipped = render_in_turns(
+        shot,
+        view.techniques,
+        replace(settings, folder=None),
+        lambda doing, share: notice(doing, 0.4 + 0.6 * share),
+        keeps=lambda technique: True,
+    )
+    results = [result_beside_rays(run, held, rays) for run in runs]
+    return Measurement(shot, held.reference, results, skipped, {**figures, "rays": rays.series})
+
+
+def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any]:
+    """At least so many shadow rays of a frame, by Embree and by the GPU in turns."""
+    geometry, receivers = flatten(shot.scene), Receivers.of(frame)
+    embree, gpu = Occluders(geometry), GpuOccluders(geometry)
+    count = embree_seconds = 0.0
+    disagreeing: list[Segments] = []
+    with ThreadPoolExecutor(processors()) as pool:
+        for number, segments in enumerate(_segments(shot, receivers, embree, least)):
+            if number == 0:
+                gpu.blocked_from(segments.start, segments.rays, segments.until)  # compiles
+                gpu.seconds = 0.0
+            parts = _split(segments, PARTS * processors())
+            started = time.perf_counter()
+            by_embree = np.concatenate(list(pool.map(lambda part: part.visible(embree), parts)))
+            embree_seconds += time.perf_counter() - started
+            by_gpu = segments.visible(gpu)
+            disagreeing.append(_some(segments, by_embree != by_gpu))
+            count += segments.until.size
+    distances = [_distance_to_change(embree, each) for some in disagreeing for each in _split(some, len(some.start))]
+    return {
+        "segments": int(count),
+        "embree_per_second": count / embree_seconds,
+        "gpu_per_second": count / gpu.seconds,
+        "ratio": embree_seconds / gpu.seconds,
+        "disagreeing": len(distances),
+        "farthest_from_edge": max(distances, default=None),
+    }
+
+
+def _segments(shot: Shot, receivers: Receivers, embree: Occluders, least: int) -> Iterator[Segments]:
+    """Stratified rays from all receivers to each light, some at a time."""
+    lights = shot.scene.lights
+    for index, light in enumerate(lights):
+        cells = cells_of(light, -(-least // (max(receivers.count, 1) * len(lights))))
+        size = max(1, AT_ONCE // (cells[0] * cells[1]))
+        random = np.random.default_rng([SEED, index])
+        for first in range(0, receivers.count, size):
+            yield stratified(light, cells, receivers[first : first + size], embree, random)
+
+
+def _split(segments: Segments, parts: int) -> list[Segments]:
+    """In about equal parts; none of nothing."""
+    rows = np.array_split(np.arange(len(segments.start)), max(parts, 1))
+    return [Segments(segments.start[r], segments.rays[r], segments.until[r]) for r in rows if len(r)]
+
+
+def _some(segments: Segments, chosen: np.ndarray) -> Segments:
+    """The `chosen` (n, k) ones, each from a start of its own."""
+    row, _ = np.nonzero(chosen)
+    return Segments(segments.start[row], segments.rays[chosen][:, None], segments.until[chosen][:, None])
+
+
+def _distance_to_change(embree: Occluders, segment: Segments) -> float:
+    """The first of SHIFTS, in any direction, by which a ray meets another answer of Embree's; 1 beyond them."""
+    ways = np.random.default_rng(SEED).normal(size=(SHIFTED, 3))
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    rays = np.repeat(segment.rays[:, 0], SHIFTED, axis=0)
+    for shift in SHIFTS:
+        blocked = embree.blocked_along(segment.start + shift * embree.diagonal * ways, rays, segment.until[0])
+        if blocked.any() and not blocked.all():
+            return shift
+    return 1.0
