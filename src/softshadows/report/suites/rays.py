@@ -36,7 +36,7 @@ import numpy as np
 
 from softshadows.report.measure import Measurement, Notice, notice_of_step, yardstick
 from softshadows.report.suites.adaptive import FacingSurfaces, render_in_turns, result_beside_rays, trace
-from softshadows.report.suites.baselines import SIZE, real_shots
+from softshadows.report.suites.baselines import real_shots
 from softshadows.report.tree_times import terrain, time_tree
 from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
@@ -51,6 +51,8 @@ from softshadows.truth.visibility import processors
 if TYPE_CHECKING:
     from softshadows.report.suites import Settings
 
+SIZE = (256, 192)
+"""So that it takes minutes on two cores without a GPU; `--size 512x384 --repeats 1` takes twice as long."""
 BUILTIN = ("figures", "leaves")
 SHOTS = ("scorpion", "sponza_near", "bike_near", "classroom", "chair_line", "classroom_tube")
 HILLS = (10_000, 100_000)
@@ -60,7 +62,7 @@ TECHNIQUES: tuple[Technique, ...] = (
     Adaptive(visibility="hybrid"),
     Uniform(visibility="ray", grid=5),
 )
-RAYS = (4, 16, 36, 64)
+RAYS = (4, 16, 36, 64, 144, 256)
 """Per pixel: the errors of the techniques lie among theirs."""
 SEGMENTS = 1_700_000
 """Of each picture, at least: 10⁷ of the six shots."""
