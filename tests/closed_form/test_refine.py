@@ -34,11 +34,11 @@ def test_the_first_place_is_the_lattice_and_others_differ() -> None:
     assert np.abs(shifts).max() <= 0.5
     assert len(np.unique(np.floor(8.0 * (shifts + 0.5)), axis=0)) >= 40  # of 64 squares
     lattice = lattice_of(stage.RECT, 2)
-    assert np.array_equal(lattice.points(stage.RECT), lattice.points(stage.RECT, 0))
-    for jitter in (1, 2, 100):
-        points = lattice.points(stage.RECT, jitter)
+    assert np.array_equal(lattice.points(stage.RECT), lattice.points(stage.RECT, sub_position(0)))
+    for shift in map(sub_position, (1, 2, 100)):
+        points = lattice.points(stage.RECT, shift)
         assert (np.abs(points) <= np.array(stage.RECT.half_extent) + 1e-12).all()
-        assert np.allclose(points, grid_samples(stage.RECT, 5, "trapezoid", "corners", jitter)[0])
+        assert np.allclose(points, grid_samples(stage.RECT, 5, "trapezoid", "corners", shift)[0])
 
 
 @pytest.mark.parametrize("technique", [Uniform(grid=3), Adaptive(max_depth=2)], ids=["uniform", "adaptive"])

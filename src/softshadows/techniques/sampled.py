@@ -29,7 +29,7 @@ from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
 
 Samples = tuple[np.ndarray, np.ndarray]
-"""points (n, 2) in light space, metres, and weights (n,)."""
+"""points (places × n, 2) in light space, metres, and weights (n,). Shadow maps have one place (sub_positions.py)."""
 
 DEFAULT_MEMORY_BUDGET = 512
 """MiB that the shadow maps drawn at one time may take."""
@@ -101,8 +101,8 @@ class SampledPass(TechniquePass):
         turns: list[tuple[int, int]] = []
         for layer, light in enumerate(lights):
             points, weights = self._samples_of(light, self.refinements)
-            group = by_count.setdefault(len(points), [])
-            turns.append((len(points), len(group)))
+            group = by_count.setdefault(len(weights), [])
+            turns.append((len(weights), len(group)))
             seen = light.without_size if self._takes_center_only else light
             group.append(SampledLight(seen, layer, points, weights))
         for count, group in by_count.items():

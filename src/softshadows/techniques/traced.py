@@ -8,18 +8,30 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
+from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.passes.bvh.bvh import CUT_SHORT, TREE_STRUCTS, tree_of
+from softshadows.passes.denoise.denoise import Denoise
 from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, ShadowAtlas, plan_atlas, plan_without_maps
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, Samples
 
 
+def check_ray_options(technique: str, visibility: str, offsets: str, *, denoise: bool) -> None:
+    """OptionError for options that only rays have: a map serves all pixels with one point of the light."""
+    if visibility != "ray" and (offsets != "none" or denoise):
+        raise OptionError(
+            f"{technique}: offsets and denoise are for rays alone, and visibility={visibility!r} looks into shadow "
+            "maps. Use visibility='ray', or neither of them."
+        )
+
+
 class TracedPass(SampledPass):
     """A SampledPass whose shader includes light_rays.wgsl and known_by_map.wgsl, and reports at binding 1 of group 3.
 
-    Without `uses_maps` no map is drawn, and every ray is traced.
+    Without `uses_maps` no map is drawn, and every ray is traced; samples then may have several `places`, and visibility
+    that is off by `noise` is filtered.
     """
 
     def __init__(
@@ -32,7 +44,10 @@ class TracedPass(SampledPass):
         bias_scale: float,
         memory_budget: int,
         uses_maps: bool,
+        places: int,
+        noise: float | None,
     ) -> None:
+        self._places = places
         self._tree, self._uses_maps = tree_of(context.scene), uses_maps
         self._report = context.gpu.storage_buffer(4, "the rays' report")
         known = {} if uses_maps else {"known_by_map.wgsl": "known_by_nothing.wgsl"}
@@ -50,18 +65,20 @@ class TracedPass(SampledPass):
             stand_ins={**known, **self._tree.stand_ins},
         )
         self._beside_layout, self._beside = self._tree.bind()
+        self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise) if noise else None
 
     def _plan(self, count: int) -> AtlasPlan:
         context = self._context
         size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
         if self._uses_maps:
             return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, context.gpu.rays_at_once)
-        return plan_without_maps(count, min(context.gpu.rays_at_once, count))
+        return plan_without_maps(count, min(context.gpu.rays_at_once, count), self._places)
 
     def encode(self, commands: Commands) -> None:
-        self.bytes += self._tree.bytes
         commands.encoder.clear_buffer(self._report)
         self._tree.encode(commands)
+        self.bytes = sum(atlas.bytes for atlas in self._atlases.values()) + self._extra_bytes + self._tree.bytes
+        self.bytes += self._denoise.bytes if self._denoise is not None else 0
         if self._uses_maps:
             super().encode(commands)
             return
@@ -71,6 +88,8 @@ class TracedPass(SampledPass):
             for chunk in range(atlas.plan.chunks):
                 self._encode_lookups(commands, atlas, chunk)
                 commands.account(self._chunk_ms(atlas))
+        if self._denoise is not None:
+            self._denoise.encode(commands)
 
     def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
         width, height = self._context.gbuffer.size

@@ -141,6 +141,7 @@ class AtlasPlan:
     samples_per_batch: int
     samples_per_chunk: int
     chunks: int
+    places: int = 1  # that a sample has, by pixel (shaders/sample_places.wgsl)
 
     @property
     def bytes(self) -> int:
@@ -217,7 +218,7 @@ def plan_atlas(
     )
 
 
-def plan_without_maps(samples: int, samples_per_chunk: int | None = None) -> AtlasPlan:
+def plan_without_maps(samples: int, samples_per_chunk: int | None = None, places: int = 1) -> AtlasPlan:
     """The smallest atlas: for rays, which need the lights and the receivers' boxes alone."""
     per_chunk = samples_per_chunk or samples
     per_row = int(np.ceil(np.sqrt(samples)))
@@ -230,12 +231,13 @@ def plan_without_maps(samples: int, samples_per_chunk: int | None = None) -> Atl
         samples_per_batch=samples,
         samples_per_chunk=per_chunk,
         chunks=-(-samples // per_chunk),
+        places=places,
     )
 
 
 @dataclass(frozen=True, eq=False)
 class SampledLight:
-    """A light, its layer of visibility, its samples: points (n, 2) in light space, metres; weights (n,), any scale."""
+    """A light, its layer of visibility, its samples: points (places × n, 2), metres of light space; weights (n,)."""
 
     light: Light
     layer: int
@@ -285,7 +287,7 @@ class ShadowAtlas:
 
         storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
         self.light = buffer(dtype(ShadowLight).itemsize, _USAGE.UNIFORM | write | _USAGE.COPY_SRC)
-        self.samples = buffer(16 * plan.samples, storage | write)
+        self.samples = buffer(16 * plan.places * plan.samples, storage | write)
         self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
         self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         self.boxes = boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
@@ -456,8 +458,8 @@ class ShadowAtlas:
             total_weight=float(np.sum(sampled.weights)),
             visibility_offset=sampled.layer * self._gbuffer.size[0] * self._gbuffer.size[1],
         )
-        samples = np.zeros((plan.samples, 4), np.float32)
-        samples[:, :2], samples[:, 2] = sampled.points, sampled.weights
+        samples = np.zeros((plan.places * plan.samples, 4), np.float32)
+        samples[:, :2], samples[:, 2] = sampled.points, np.tile(sampled.weights, plan.places)
         # A chunk's draws: count, instances (filled by the fit), first, base vertex, first instance.
         solid = 0 if _reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
         ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])

@@ -29,17 +29,26 @@ Departures from the paper
       coarsely; where a level's maps exceed the memory budget they shrink, or are drawn one batch after the other.
     - `filter="cell"` is an addition: a sample beside a silhouette stands for the part of the light around it. Nine taps
       in its map, spread by the occluder's distance, turn the band between two samples into a ramp.
+    - `visibility="ray"` asks rays instead of maps: no texel, no bias, nothing to fit or to keep. Since a tile's pixels
+      then may look at other points, each sends four *probes*, which together reach every cell of the light and show
+      what hides between the tile's samples; samples are sheared, so that an edge along a side of the light does not
+      meet a row of them at once; and on a line four more rays find each edge between two samples. `visibility="hybrid"`
+      asks a ray only where the four texels around a look-up do not agree. Measured: docs/decisions/0017-rays.md.
+    - With rays, `offsets="stratified"` asks about other points in each of 4×4 pixels, and `denoise` averages what lies
+      on one surface and differs by no more than a row of the deepest cells; changes across the window stay.
     - `jitter` moves the samples beside the lattice's points. `Renderer.refine` averages frames with other ones, for
       a picture that converges while nothing moves.
 
 Use when
     you want the soft shadow of `uniform` for a fraction of its cost. `filter="cell"` with `max_depth=2` (25 maps) for
-    simple occluders, when speed matters more.
+    simple occluders, when speed matters more. `visibility="ray"` when the shadow must be right: thin occluders,
+    contacts, large scenes; it also is faster than many maps that have to be drawn again.
 Fails when
     the penumbra is wider on screen than twice 2^max_depth pixels: bands show, and `frame.stats.warnings` says so
     (scene `blocker`, seen from near). Occluders that hide none of a cell's corners in a whole tile go unseen
     (scene `fence` with `max_depth=1`). `filter="cell"` errs where several silhouettes at different distances cross
-    (scene `atrium`). Where a band is as wide as the test allows, a small change can refine a whole tile.
+    (scene `atrium`). `visibility="hybrid"` misses what its maps' texels miss (shot `bike_near` at 512²). Where a band
+    is as wide as the test allows, a small change can refine a whole tile.
 Inputs
     rectangle and line lights.
 Cost
@@ -58,6 +67,7 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.passes.bvh.bvh import CUT_SHORT
+from softshadows.passes.denoise.denoise import Denoise
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
@@ -71,6 +81,8 @@ from softshadows.techniques.adaptive.sampling import (
 )
 from softshadows.techniques.base import VISIBILITIES, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+from softshadows.techniques.sub_positions import OFFSETS
+from softshadows.techniques.traced import check_ray_options
 
 
 class Adaptive(Technique):
@@ -96,6 +108,16 @@ class Adaptive(Technique):
         default="map",
         help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
         choices=VISIBILITIES,
+    )
+    offsets: str = option(
+        default="none",
+        help="where rays' samples lie in their cells: the same for all pixels, or another place in each of 4×4",
+        choices=OFFSETS,
+    )
+    denoise: bool = option(
+        default=False,
+        help="average rays' visibility over 4×4 pixels of a surface where it differs by no more than noise",
+        choices=(False, True),
     )
     max_maps: int = option(
         default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
@@ -130,6 +152,7 @@ class Adaptive(Technique):
                 f"adaptive: pcf and filter look into shadow maps, and visibility={self.visibility!r} asks rays. "
                 "Use visibility='map', or neither of them."
             )
+        check_ray_options(self.name, self.visibility, self.offsets, denoise=self.denoise)
 
     def build(self, context: RenderContext) -> TechniquePass:
         return AdaptivePass(context, self)
@@ -148,6 +171,10 @@ class AdaptivePass(TechniquePass):
         self._samplings: dict[Lattice, AdaptiveSampling] = {}
         self._written: tuple[tuple[Light, ...], Geometry, int] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
+        self._denoise = None
+        if technique.denoise:
+            noise = 1.0 / (1 << technique.max_depth)  # a row of the lattice's cells
+            self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         jitter = self._technique.jitter + self.refinements
@@ -168,6 +195,7 @@ class AdaptivePass(TechniquePass):
             self._samplings[lattice].set_lights(group, jitter)
         self._turns = turns
         self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
+        self.bytes += self._denoise.bytes if self._denoise is not None else 0
 
     def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
         context, technique = self._context, self._technique
@@ -183,9 +211,10 @@ class AdaptivePass(TechniquePass):
             filters_cells=technique.filter == "cell",
             bias_scale=technique.bias_scale,
             visibility=technique.visibility,
+            offsets=technique.offsets,
         )
         if technique.visibility == "ray":
-            plan, batches = plan_rays(context.gpu, lattice)
+            plan, batches = plan_rays(context.gpu, lattice, technique.offsets)
         else:
             plan, batches = plan_batches(
                 context.gpu,
@@ -202,6 +231,8 @@ class AdaptivePass(TechniquePass):
         commands.encoder.clear_buffer(self._report)
         for sampling, index in self._turns:
             sampling.encode(commands, index)
+        if self._denoise is not None:
+            self._denoise.encode(commands)
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:

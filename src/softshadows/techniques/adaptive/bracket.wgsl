@@ -3,6 +3,7 @@
 
 //#include "receiver.wgsl"
 //#include "light_rays.wgsl"
+//#include "sample_places.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
 //#include "remembered.wgsl"
@@ -13,10 +14,12 @@
 const PIECES = 5.0;  // of a cell, between its ends and four points
 
 // What the cell between two samples adds to the average, as a share of the cell: by the rays, less what its ends gave.
-fn correction(start: RayStart, first: u32, last: u32) -> f32 {
+fn correction(start: RayStart, pixel: vec2u, first: u32, last: u32) -> f32 {
+    let begin = light_sample_for(pixel, first);
+    let end = light_sample_for(pixel, last);
     begin_packet(start);
     for (var i = 1.0; i < PIECES; i += 1.0) {
-        let ray = ray_to(start, mix(light_samples[first].xy, light_samples[last].xy, i / PIECES));
+        let ray = ray_to(start, mix(begin, end, i / PIECES));
         if can_see(start, ray) {
             add_to_packet(start, first, ray);
         }
@@ -46,7 +49,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         var mixed = leaf_cells(tree_index, level, 0u, shape.deepest) & (seen ^ (seen >> width));
         for (; mixed != 0u; mixed &= mixed - 1u) {
             let first = firstTrailingBit(mixed);
-            change += cell_area(level) * correction(start, first, first + width);
+            change += cell_area(level) * correction(start, pixel, first, first + width);
             rays += 4u;
         }
     }

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows.scene.lights import Light
-from softshadows.techniques.sub_positions import moved, sub_position
+from softshadows.techniques.sub_positions import moved
 
 DEEPEST = 4
 """289 points of a rectangle. A row of points is a word of 32 bits to the shaders, which 33 would exceed."""
@@ -51,15 +51,16 @@ class Lattice:
         coarser = (1 << (level - 1)) + 1 if level else 0
         return side**self.dimensions - (coarser**self.dimensions if level else 0)
 
-    def points(self, light: Light, jitter: int = 0, *, is_sheared: bool = False) -> npt.NDArray[np.float64]:
-        """(rows × columns, 2): the points in light space, metres; symmetric about the light's centre without jitter.
+    def points(
+        self, light: Light, shift: tuple[float, float] = (0.0, 0.0), *, is_sheared: bool = False
+    ) -> npt.NDArray[np.float64]:
+        """(rows × columns, 2): the points in light space, metres, moved by `shift` steps of the lattice.
 
         Sheared, no two points of a rectangle share an x or a y: an edge along a side of the light then crosses them one
         by one, not a row at a time (Kensler, "Correlated multi-jittered sampling", 2013).
         """
         across, up = light.half_extent
         extents = (across, up) if self.has_rows else (max(across, up), 0.0)
-        shift = sub_position(jitter)
         row, column = np.mgrid[: self.rows, : self.columns]
         shear = 1.0 if is_sheared and self.has_rows else 0.0
         x = _places(column, self.columns, shift[0] + shear * _share(row, self.rows)) * extents[0]

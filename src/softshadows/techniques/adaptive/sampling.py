@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,6 +48,7 @@ from softshadows.passes.shadow_atlas.shadow_atlas import (
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice
 from softshadows.techniques.base import RenderContext
+from softshadows.techniques.sub_positions import placed, places_of
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
@@ -148,11 +150,11 @@ class Levels(Struct):
 STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)
 
 
-def plan_rays(gpu: Gpu, lattice: Lattice) -> tuple[AtlasPlan, list[int]]:
+def plan_rays(gpu: Gpu, lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
     """No maps, and by level the number of dispatches that its rays are cut into."""
     counts = [lattice.count(level) for level in range(lattice.depth + 1)]
     batches = [-(-count // gpu.rays_at_once) for count in counts]
-    return plan_without_maps(lattice.rows * lattice.columns), batches
+    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), batches
 
 
 def plan_batches(
@@ -214,6 +216,7 @@ class SamplingOptions:
     filters_cells: bool
     bias_scale: float
     visibility: str
+    offsets: str
 
     @property
     def is_filtered(self) -> bool:
@@ -236,7 +239,7 @@ class AdaptiveSampling:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
         self._uses_maps, self._tree = options.visibility != "ray", None
-        self._has_probes = options.visibility != "map" and not options.is_global
+        self._has_probes = options.visibility == "ray" and not options.is_global
         is_bracketed = lattice.dimensions == 1 and options.max_maps >= plan.samples
         is_bracketed &= not (options.paper_weights or options.is_deferred)
         self._has_brackets = options.visibility != "map" and is_bracketed
@@ -402,16 +405,12 @@ class AdaptiveSampling:
         """Write this frame's lights, each with its layer of visibility."""
         weights = np.ones(self._plan.samples)
         self._atlas.set_lights(
-            [
-                SampledLight(
-                    light, layer, self._lattice.points(light, jitter, is_sheared=self._tree is not None), weights
-                )
-                for light, layer in lights
-            ]
+            [SampledLight(light, layer, self._points(light, jitter), weights) for light, layer in lights]
         )
 
     def _points(self, light: Light, jitter: int) -> np.ndarray:
-        return self._lattice.points(light, jitter, is_sheared=self._tree is not None)
+        points_at = partial(self._lattice.points, light, is_sheared=self._tree is not None)
+        return placed(points_at, jitter, self._options.offsets)
 
     def encode(self, commands: Commands, index: int) -> None:
         """Find light `index`'s visibility."""

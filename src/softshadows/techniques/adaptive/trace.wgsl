@@ -3,27 +3,29 @@
 
 //#include "receiver.wgsl"
 //#include "light_rays.wgsl"
+//#include "sample_places.wgsl"
 //#include "known_by_map.wgsl"
 //#include "remember.wgsl"
 
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 
-fn remember_lit(tile: u32, lane: u32, sample: u32) {
+// A sample's bit among the pixel's answers, and the word that holds it (tree.wgsl mask_index()).
+struct Place {
+    word: u32,
+    bit: u32,
+};
+
+fn place_of(tile: u32, lane: u32, sample: u32) -> Place {
     let row = sample / shape.columns;
     let column = sample % shape.columns;
     let is_17th = column == 16u;
     let word = mask_index(tile, select(row / 2u, mask_words() - 1u, is_17th), lane);
-    masks[word] |= 1u << select(16u * (row % 2u) + column, row, is_17th);
+    return Place(word, 1u << select(16u * (row % 2u) + column, row, is_17th));
 }
 
-fn trace_packet(tile: u32, lane: u32) {
-    let is_open = open_segments(packet);
-    for (var i = 0u; i < 4u; i++) {
-        if is_open[i] {
-            remember_lit(tile, lane, waiting[i]);
-        }
-    }
+fn is_requested(tree_index: u32, sample: u32) -> bool {
+    return ((requests[tree_index * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns)) & 1u) == 1u;
 }
 
 @compute @workgroup_size(TILE, TILE)
@@ -42,32 +44,31 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let start = ray_start(surface.position_ws, surface.normal_ws);
 
-    let first = control.ranked[step.first_rank];
-    let last = control.ranked[min(step.first_rank + step.samples_per_batch, count) - 1u];
-    let rows_apart = select(1u, spacing(step.level), shape.has_rows == 1u);
-    begin_packet(start);
-    for (var row = first / shape.columns; row <= last / shape.columns; row += rows_apart) {
-        let requested = requested_samples(tree_of(tile), row, first, last);
-        if requested != 0u {
-            remember(tile, lane, row, requested, 0u);
+    // First what maps know, and which samples of the batch are left to ask: then pixels trace their packets in step.
+    let ranks = min(step.samples_per_batch, count - step.first_rank);
+    var unknown = 0u;
+    for (var i = 0u; i < ranks; i++) {
+        let sample = control.ranked[step.first_rank + i];
+        if !is_requested(tree_of(tile), sample) {
+            continue;
         }
-        for (var rest = select(0u, requested, surface.is_surface); rest != 0u; rest &= rest - 1u) {
-            let sample = shape.columns * row + firstTrailingBit(rest);
-            let ray = ray_to(start, light_samples[sample].xy);
-            let answer = select(HIDDEN, map_answer(sample, receiver), can_see(start, ray));
-            if answer == LIT {
-                remember_lit(tile, lane, sample);
-            } else if answer == UNKNOWN {
-                add_to_packet(start, sample, ray);
-            }
-            if waiting_count == 4u {
-                trace_packet(tile, lane);
-                begin_packet(start);
-            }
-        }
+        let can_be_seen = surface.is_surface && can_see(start, ray_to(start, light_sample_for(pixel, sample)));
+        let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
+        let place = place_of(tile, lane, sample);
+        masks[place.word] = (masks[place.word] & ~place.bit) | select(0u, place.bit, answer == LIT);
+        unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
-    if waiting_count > 0u {
-        trace_packet(tile, lane);
+    while unknown != 0u {
+        begin_packet(start);
+        for (; unknown != 0u && waiting_count < 4u; unknown &= unknown - 1u) {
+            let sample = control.ranked[step.first_rank + firstTrailingBit(unknown)];
+            add_to_packet(start, sample, ray_to(start, light_sample_for(pixel, sample)));
+        }
+        let is_open = open_segments(packet);
+        for (var i = 0u; i < 4u; i++) {
+            let place = place_of(tile, lane, waiting[i]);
+            masks[place.word] |= select(0u, place.bit, is_open[i]);
+        }
     }
     if was_cut_short {
         atomicOr(&control.cut_short, 1u);

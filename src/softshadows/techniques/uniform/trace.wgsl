@@ -3,19 +3,11 @@
 
 //#include "receiver.wgsl"
 //#include "light_rays.wgsl"
+//#include "sample_places.wgsl"
 //#include "known_by_map.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> report: array<atomic<u32>>;   // not 0: a ray ended before its end
-
-var<private> visible_weight: f32;
-
-fn trace_packet() {
-    let is_open = open_segments(packet);
-    for (var i = 0u; i < 4u; i++) {
-        visible_weight += select(0.0, light_samples[waiting[i]].z, is_open[i]);
-    }
-}
 
 @compute @workgroup_size(8, 8)
 fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
@@ -33,21 +25,25 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let start = ray_start(surface.position_ws, surface.normal_ws);
     let end = chunk.first_sample + chunk.sample_count;
-    begin_packet(start);
-    for (var i = chunk.first_sample; i < end; i++) {
-        let ray = ray_to(start, light_samples[i].xy);
-        let answer = select(HIDDEN, map_answer(i, receiver), can_see(start, ray));
-        visible_weight += select(0.0, light_samples[i].z, answer == LIT);
-        if answer == UNKNOWN {
-            add_to_packet(start, i, ray);
-        }
-        if waiting_count == 4u {
-            trace_packet();
-            begin_packet(start);
-        }
+    var visible_weight = 0.0;
+    var unknown = 0u;   // what maps do not know of the chunk, bit by bit: then pixels trace their packets in step
+    for (var i = 0u; i < chunk.sample_count; i++) {
+        let sample = chunk.first_sample + i;
+        let can_be_seen = can_see(start, ray_to(start, light_sample_for(id.xy, sample)));
+        let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
+        visible_weight += select(0.0, light_samples[sample].z, answer == LIT);
+        unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
-    if waiting_count > 0u {
-        trace_packet();
+    while unknown != 0u {
+        begin_packet(start);
+        for (; unknown != 0u && waiting_count < 4u; unknown &= unknown - 1u) {
+            let sample = chunk.first_sample + firstTrailingBit(unknown);
+            add_to_packet(start, sample, ray_to(start, light_sample_for(id.xy, sample)));
+        }
+        let is_open = open_segments(packet);
+        for (var i = 0u; i < 4u; i++) {
+            visible_weight += select(0.0, light_samples[waiting[i]].z, is_open[i]);
+        }
     }
 
     let sum = visible_weight + select(visibility[pixel], 0.0, chunk.first_sample == 0u);

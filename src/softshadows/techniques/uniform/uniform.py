@@ -13,7 +13,12 @@ Departures from the paper
       with 17×17 samples, and 1/32 with trapezoid weights. `weights="equal"` is the paper's.
     - Shadow maps are fitted to what the camera sees and cut into cube faces, so that no receiver falls outside, and
       store reciprocal depth; see docs/decisions/0001-shadow-maps.md. `resolution=512` gives the paper's map size.
+    - `visibility="ray"` traces a ray to each sample instead of looking into a map, and agrees with Embree pixel by
+      pixel; "hybrid" does so only where the four texels around a look-up do not agree. See docs/decisions/0017-rays.md.
     - Samples below a receiver's horizon count as invisible.
+    - With `visibility="ray"`, `offsets="stratified"` asks about other points in each of 4×4 pixels, and `denoise`
+      averages them, where penumbrae are wider than a few pixels: `grid=5` on scorpion errs by 0.0062 instead of 0.0083.
+      The offsets alone add noise (0.0147). Measured: docs/decisions/0017-rays.md.
 
 Use when
     you need a dependable soft shadow and time does not matter: the more samples, the closer to the truth.
@@ -37,16 +42,22 @@ import numpy as np
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, VISIBILITIES, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, Samples
-from softshadows.techniques.sub_positions import moved, sub_position
-from softshadows.techniques.traced import TracedPass
+from softshadows.techniques.sub_positions import OFFSETS, moved, placed, places_of
+from softshadows.techniques.traced import TracedPass, check_ray_options
+
+NOISE_COLUMNS = 1.5
+"""How far visibility may be off: an edge along a side of the light meets a column of samples at once. Measured:
+docs/decisions/0017-rays.md."""
 
 
-def grid_samples(light: Light, grid: int, weights: str, layout: str, jitter: int = 0) -> Samples:
+def grid_samples(
+    light: Light, grid: int, weights: str, layout: str, shift: tuple[float, float] = (0.0, 0.0)
+) -> Samples:
     """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
 
     `layout` corners puts the outer points on the light's border, centres into the middle of grid×grid cells. `weights`
     trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has
-    `grid` points; a light without size, one. With `jitter` the points lie beside the grid's.
+    `grid` points; a light without size, one. They are moved by `shift` steps of the grid.
     """
     a, b = light.half_extent
     if layout == "corners" and grid > 1:
@@ -60,7 +71,7 @@ def grid_samples(light: Light, grid: int, weights: str, layout: str, jitter: int
     if a == 0.0 and b == 0.0:
         return np.zeros((1, 2)), np.ones(1)
     spacing = float(steps[1] - steps[0]) if grid > 1 else 2.0
-    x, y = (moved(steps, spacing, by) for by in sub_position(jitter))
+    x, y = (moved(steps, spacing, by) for by in shift)
     if b == 0.0 or a == 0.0:
         line = np.stack([x * a, x * b], axis=1)
         return line, ramp
@@ -89,6 +100,16 @@ class Uniform(Technique):
         help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
         choices=VISIBILITIES,
     )
+    offsets: str = option(
+        default="none",
+        help="where rays' samples lie in their cells: the same for all pixels, or another place in each of 4×4",
+        choices=OFFSETS,
+    )
+    denoise: bool = option(
+        default=False,
+        help="average rays' visibility over 4×4 pixels of a surface where it differs by no more than noise",
+        choices=(False, True),
+    )
     resolution: int | str = option(
         default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
     )
@@ -97,9 +118,17 @@ class Uniform(Technique):
         default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
     )
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_ray_options(self.name, self.visibility, self.offsets, denoise=self.denoise)
+
     def build(self, context: RenderContext) -> TechniquePass:
         def samples_of(light: Light, jitter: int) -> Samples:
-            return grid_samples(light, self.grid, self.weights, self.layout, jitter)
+            def points_at(shift: tuple[float, float]) -> np.ndarray:
+                return grid_samples(light, self.grid, self.weights, self.layout, shift)[0]
+
+            weights = grid_samples(light, self.grid, self.weights, self.layout)[1]
+            return placed(points_at, jitter, self.offsets), weights
 
         if self.visibility != "map":
             return TracedPass(
@@ -110,6 +139,8 @@ class Uniform(Technique):
                 bias_scale=self.bias_scale,
                 memory_budget=self.memory_budget,
                 uses_maps=self.visibility == "hybrid",
+                places=places_of(self.offsets),
+                noise=min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if self.denoise else None,
             )
         return SampledPass(
             context,
