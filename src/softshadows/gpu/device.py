@@ -67,7 +67,7 @@ GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS, GPU_RAYS_PER_MS = 500_000, 10_000_000,
 """Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame
 is cut into submits, so that none of them runs into a driver's watchdog."""
 
-CPU_RAYS_AT_ONCE, GPU_RAYS_AT_ONCE = 16, 64
+CPU_RAYS_AT_ONCE, GPU_RAYS_AT_ONCE = 16, 32
 """Rays of a pixel in one dispatch. A software driver ends an invocation after 65 535 rounds of loops, which 64 rays
 through the spokes of a wheel have exceeded."""
 
