@@ -71,14 +71,8 @@ from softshadows.passes.denoise.denoise import Denoise
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
-from softshadows.techniques.adaptive.sampling import (
-    REPORT_WORDS,
-    TILE,
-    AdaptiveSampling,
-    SamplingOptions,
-    plan_batches,
-    plan_rays,
-)
+from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
+from softshadows.techniques.adaptive.sampling import REPORT_WORDS, TILE, AdaptiveSampling, SamplingOptions
 from softshadows.techniques.base import VISIBILITIES, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 from softshadows.techniques.sub_positions import OFFSETS

@@ -12,8 +12,8 @@
     average.wgsl   the bits, weighted, are the visibility; or
     filter.wgsl    the maps looked up once more, with a filter, where the bits say that it matters
 
-A level's maps are drawn in at most BATCHES draws, since the CPU does not know how many there will be: where a level
-requests few samples, the later draws and look-ups are empty.
+A level's maps are drawn in at most so many draws as `plan.py` says, since the CPU does not know how many there will be:
+where a level requests few samples, the later draws and look-ups are empty.
 """
 
 from __future__ import annotations
@@ -26,29 +26,21 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
-from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.device import Gpu
 from softshadows.gpu.kernel import Kernel, Resource
-from softshadows.gpu.layout import F32, U32, Struct, Vec2u, pack
-from softshadows.passes.bvh.bvh import TREE_STRUCTS, tree_of
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
+from softshadows.gpu.layout import Struct, pack
+from softshadows.passes.bvh.bvh import tree_of
 from softshadows.passes.shadow_atlas.shadow_atlas import (
     BOX_EDGE,
-    SHADOW_STRUCTS,
     AtlasPlan,
-    Chunk,
-    DrawView,
-    ReceiverBox,
     SampledLight,
     ShadowAtlas,
-    plan_without_maps,
-    tile_size,
 )
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice
+from softshadows.techniques.adaptive.structs import STRUCTS, Levels, Step, TreeShape
 from softshadows.techniques.base import RenderContext
-from softshadows.techniques.sub_positions import placed, places_of
+from softshadows.techniques.sub_positions import placed
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
@@ -59,8 +51,6 @@ DEEPEST_CELLS = 1 << DEEPEST
 CELLS_PER_ROW = 16
 SURE_LEVELS = 3
 """Measured: docs/decisions/0010-adaptive.md."""
-BATCHES = (1, 2, 4, 8, 16)
-"""By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
 FINENESS = (1.0, 1.0, 0.85, 0.7, 0.5)
 """By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
@@ -94,112 +84,10 @@ BINDINGS = {
     "counts": 9,
     "probes": 12,
 }
-CHANGING, VISIBILITY = (
-    10,
-    11,
-)  # bindings of bind group 3: the step or the levels; the visibility that filter.wgsl and bracket.wgsl write
+CHANGING, VISIBILITY = 10, 11
+"""Bindings of bind group 3: the step or the levels; the visibility that filter.wgsl and bracket.wgsl write."""
 Changing = dict[int, wgpu.GPUBindGroup]
 """A bind group that changes from dispatch to dispatch, by its number."""
-
-
-class TreeShape(Struct):
-    """What the kernels know of the lattice, the picture and the options (tree.wgsl)."""
-
-    image_size: Vec2u
-    deepest: U32
-    has_columns: U32
-    has_rows: U32
-    columns: U32
-    sample_rows: U32
-    sample_count: U32
-    refined_rows: U32  # of cells above the deepest level
-    is_global: U32
-    sure_levels: U32  # the first levels: what a tile or the next sees a part of is refined without a test
-    threshold: U32  # texels of a cell that may fail
-    most_samples: U32
-    comparison_step: U32  # pixels from texel to texel of the comparison
-    is_resident: U32  # all maps share the atlas for the whole frame
-    largest_tile: U32
-    atlas_size: U32
-    has_probes: U32  # tiles refine what their rays' probes disagree about
-    has_brackets: U32  # rays find the edges between a line's samples
-
-
-class Step(Struct):
-    """Where in the frame a dispatch stands: the level, its samples and draws, and the first map that the atlas holds.
-
-    `samples` are the bits of a row of the level's samples, `older_samples` those of the level above.
-    """
-
-    level: U32
-    samples: U32
-    older_samples: U32
-    samples_per_batch: U32
-    first_chunk: U32
-    first_rank: U32
-    fineness: F32  # of the level's maps: texels along a pixel, over those of the first level
-
-
-class Levels(Struct):
-    """The levels that one pass of the average adds up."""
-
-    first: U32
-    end: U32
-
-
-STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)
-
-
-def plan_rays(gpu: Gpu, lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
-    """No maps, and by level the number of dispatches that its rays are cut into."""
-    counts = [lattice.count(level) for level in range(lattice.depth + 1)]
-    batches = [-(-count // gpu.rays_at_once) for count in counts]
-    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), batches
-
-
-def plan_batches(
-    gpu: Gpu,
-    lattice: Lattice,
-    size: tuple[int, int],
-    resolution: int | str,
-    memory_budget: int,
-    *,
-    holds_all: bool,
-    asks_rays: bool,
-) -> tuple[AtlasPlan, list[int]]:
-    """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size.
-
-    `holds_all`: all maps are needed at one time, so they are made small enough for it.
-    """
-    samples, counts = lattice.rows * lattice.columns, [lattice.count(level) for level in range(lattice.depth + 1)]
-    tile = tile_size(gpu, size, resolution, memory_budget)
-    atlas_size = min(int(np.sqrt(memory_budget * 2**20 / 4)), gpu.limit("max-texture-dimension-2d"))
-    per_row = int(np.ceil(np.sqrt(samples)))
-    if holds_all and resolution == "auto":
-        tile = min(tile, atlas_size // per_row)
-    atlas_size = min(atlas_size, tile * per_row)
-    if holds_all and tile * per_row > atlas_size:
-        raise DeviceError(
-            f"filtered adaptive sampling holds {samples} shadow maps of {tile}² at one time, more than the memory "
-            f"budget of {memory_budget} MiB. Lower max_depth or the resolution, or raise memory_budget."
-        )
-    at_one_time = (atlas_size // tile) ** 2
-    batches = [-(-count // at_one_time) for count in counts]
-    if resolution == "auto":  # smaller maps rather than many draws
-        batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
-    if asks_rays:
-        batches = [max(draws, -(-count // gpu.rays_at_once)) for draws, count in zip(batches, counts, strict=True)]
-    plan = AtlasPlan(
-        samples=samples,
-        tile=tile,
-        is_auto=resolution == "auto",
-        tiles_per_row=atlas_size // tile,
-        atlas_size=atlas_size,
-        samples_per_batch=samples,
-        samples_per_chunk=max(-(-count // draws) for count, draws in zip(counts, batches, strict=True)),
-        chunks=sum(batches),
-    )
-    return plan, batches
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,66 @@
+"""How a level's maps or rays are cut into draws and dispatches, by sizes that the CPU knows beforehand."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from softshadows.errors import DeviceError
+from softshadows.gpu.device import Gpu
+from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, plan_without_maps, tile_size
+from softshadows.techniques.adaptive.lattice import Lattice
+from softshadows.techniques.sub_positions import places_of
+
+BATCHES = (1, 2, 4, 8, 16)
+"""By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
+
+
+def plan_rays(gpu: Gpu, lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
+    """No maps, and by level the number of dispatches that its rays are cut into."""
+    counts = [lattice.count(level) for level in range(lattice.depth + 1)]
+    batches = [-(-count // gpu.rays_at_once) for count in counts]
+    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), batches
+
+
+def plan_batches(
+    gpu: Gpu,
+    lattice: Lattice,
+    size: tuple[int, int],
+    resolution: int | str,
+    memory_budget: int,
+    *,
+    holds_all: bool,
+    asks_rays: bool,
+) -> tuple[AtlasPlan, list[int]]:
+    """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size.
+
+    `holds_all`: all maps are needed at one time, so they are made small enough for it.
+    """
+    samples, counts = lattice.rows * lattice.columns, [lattice.count(level) for level in range(lattice.depth + 1)]
+    tile = tile_size(gpu, size, resolution, memory_budget)
+    atlas_size = min(int(np.sqrt(memory_budget * 2**20 / 4)), gpu.limit("max-texture-dimension-2d"))
+    per_row = int(np.ceil(np.sqrt(samples)))
+    if holds_all and resolution == "auto":
+        tile = min(tile, atlas_size // per_row)
+    atlas_size = min(atlas_size, tile * per_row)
+    if holds_all and tile * per_row > atlas_size:
+        raise DeviceError(
+            f"filtered adaptive sampling holds {samples} shadow maps of {tile}² at one time, more than the memory "
+            f"budget of {memory_budget} MiB. Lower max_depth or the resolution, or raise memory_budget."
+        )
+    at_one_time = (atlas_size // tile) ** 2
+    batches = [-(-count // at_one_time) for count in counts]
+    if resolution == "auto":  # smaller maps rather than many draws
+        batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
+    if asks_rays:
+        batches = [max(draws, -(-count // gpu.rays_at_once)) for draws, count in zip(batches, counts, strict=True)]
+    plan = AtlasPlan(
+        samples=samples,
+        tile=tile,
+        is_auto=resolution == "auto",
+        tiles_per_row=atlas_size // tile,
+        atlas_size=atlas_size,
+        samples_per_batch=samples,
+        samples_per_chunk=max(-(-count // draws) for count, draws in zip(counts, batches, strict=True)),
+        chunks=sum(batches),
+    )
+    return plan, batches
