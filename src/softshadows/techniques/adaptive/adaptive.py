@@ -35,8 +35,9 @@ Departures from the paper
       meet a row of them at once; and on a line four more rays find each edge between two samples. `visibility="hybrid"`
       asks a ray only where the four texels around a look-up do not agree. Measured: docs/decisions/0017-rays.md.
     - With rays, `offsets="stratified"` asks about other points in each of 4×4 pixels, and `denoise` averages what lies
-      on one surface and differs by no more than a row of the deepest cells; changes across the window stay. Both with
-      `max_depth=3` err no more than the default on rectangles, for 0.56 to 0.86 of its rays; on lines offsets add noise.
+      on one surface and differs by no more than a row of the deepest cells; changes across the window stay. With
+      both, `max_depth=3` errs about as little as the default or less on rectangles, for 0.56 to 0.86 of its rays; on
+      lines offsets add noise.
     - `jitter` moves the samples beside the lattice's points. `Renderer.refine` averages frames with other ones, for
       a picture that converges while nothing moves.
 
