@@ -68,7 +68,7 @@ import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.passes.bvh.bvh import CUT_SHORT
+from softshadows.passes.bvh.bvh import CUT_SHORT, tree_of
 from softshadows.passes.denoise.denoise import Denoise
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
@@ -191,6 +191,8 @@ class AdaptivePass(TechniquePass):
             self._samplings[lattice].set_lights(group, jitter)
         self._turns = turns
         self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
+        if self._technique.visibility != "map":
+            self.bytes += tree_of(self._context.scene).bytes
         self.bytes += self._denoise.bytes if self._denoise is not None else 0
 
     def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
