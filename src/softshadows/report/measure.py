@@ -7,9 +7,9 @@ visibility differs between them; their FLIP is against the picture composed with
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -28,13 +28,31 @@ Picture = npt.NDArray[np.uint8]
 Notice = Callable[[str, float], None]
 """Called before each step with what is being done and the share of all steps that is done, 0..1."""
 
+Step = TypeVar("Step")
+
 MAX_MEASURED_PIXELS = 8192 * 8192
 UNSHADOWED = "none"
 
 
-def notice_of_step(notice: Notice, index: int, count: int, name: str) -> Notice:
-    """For step `index` of `count` equal ones: what it is told reaches `notice` as a named part of the whole."""
-    return lambda doing, share: notice(f"{name}: {doing}", (index + share) / count)
+def measure_each(
+    steps: Iterable[Step],
+    name_of: Callable[[Step], str],
+    measure_one: Callable[[Step, Notice], Measurement],
+    notice: Notice,
+) -> list[Measurement]:
+    """A measurement of each step; what it tells meanwhile reaches `notice` as a named part of the whole."""
+    chosen = list(steps)
+
+    def notice_within(index: int) -> Notice:
+        name = name_of(chosen[index])
+        return lambda doing, share: notice(f"{name}: {doing}", (index + share) / len(chosen))
+
+    measurements = []
+    for index, step in enumerate(chosen):
+        within = notice_within(index)
+        within("opening", 0.0)
+        measurements.append(measure_one(step, within))
+    return measurements
 
 
 class Shadows(Protocol):

@@ -45,7 +45,7 @@ from softshadows import metrics, truth
 from softshadows.errors import DeviceError
 from softshadows.frame import Frame, Renderer
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.baselines import real_shots
@@ -162,13 +162,9 @@ class Rays:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Adaptive light sampling against 289 maps, PCSS, the truth and rays, on views after its paper's figures."""
-    chosen = list(views())
-    measurements = []
-    for index, view in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), view.name)
-        within("opening", 0.0)
-        measurements.append(measure_view(view, settings, within))
-    return measurements
+    return measure_each(
+        views(), lambda view: view.name, lambda view, within: measure_view(view, settings, within), notice
+    )
 
 
 def views() -> Iterator[View]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from softshadows.errors import SceneError
-from softshadows.report.measure import Measurement, Notice, measure, notice_of_step
+from softshadows.report.measure import Measurement, Notice, measure, measure_each
 from softshadows.scene.builtin import SCENES
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import TECHNIQUES, make_technique
@@ -28,16 +28,12 @@ SCENES_VARIABLE = "SOFTSHADOWS_SCENES"
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """The standard techniques on the built-in scenes, and on the shots in $SOFTSHADOWS_SCENES where it is set."""
     techniques = [make_technique(name) for name in NAMES if name in TECHNIQUES]
-    pictures = list(sources())
-    measurements = []
-    for index, source in enumerate(pictures):
-        within = notice_of_step(notice, index, len(pictures), Path(source).stem)
-        within("opening", 0.0)
+
+    def measure_source(source: str, within: Notice) -> Measurement:
         shot = replace(open_shot(source), size=settings.size or SMALL)
-        measurements.append(
-            measure(shot, techniques, samples=settings.samples, repeats=settings.repeats, notice=within, skip=True)
-        )
-    return measurements
+        return measure(shot, techniques, samples=settings.samples, repeats=settings.repeats, notice=within, skip=True)
+
+    return measure_each(sources(), lambda source: Path(source).stem, measure_source, notice)
 
 
 def sources() -> Iterator[str]:

@@ -12,7 +12,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from softshadows.report.choice import can_do, techniques_from
-from softshadows.report.measure import Measurement, Notice, measure, notice_of_step
+from softshadows.report.measure import Measurement, Notice, measure, measure_each
 from softshadows.report.suites.baselines import SIZE
 from softshadows.report.suites.linear import under_a_line
 from softshadows.scene import builtin
@@ -33,15 +33,12 @@ BESIDE: tuple[Technique, ...] = (
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Every technique under rectangle and line lights, with errors and times to choose by."""
-    chosen = list(views())
-    measurements = []
-    for index, view in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), view.name)
+
+    def measure_view(view: Shot, within: Notice) -> Measurement:
         shot = replace(view, size=settings.size or SIZE)
-        measurements.append(
-            measure(shot, techniques_for(shot), samples=settings.samples, repeats=settings.repeats, notice=within)
-        )
-    return measurements
+        return measure(shot, techniques_for(shot), samples=settings.samples, repeats=settings.repeats, notice=within)
+
+    return measure_each(views(), lambda view: view.name, measure_view, notice)
 
 
 def views() -> Iterator[Shot]:

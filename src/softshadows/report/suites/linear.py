@@ -28,7 +28,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.adaptive import REDRAWN, Rays, Run, render_in_turns, trace
@@ -65,13 +65,9 @@ class View:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Line lights: point lights, soft shadow maps and occluding edges against the truth, and what edges cost."""
-    chosen = list(views())
-    measurements = []
-    for index, view in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), view.name)
-        within("opening", 0.0)
-        measurements.append(measure_view(view, settings, within))
-    return measurements
+    return measure_each(
+        views(), lambda view: view.name, lambda view, within: measure_view(view, settings, within), notice
+    )
 
 
 def views() -> Iterator[View]:

@@ -28,7 +28,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, measure_each, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.suites.baselines import real_shots
@@ -72,13 +72,12 @@ def techniques() -> list[Technique]:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Variable penumbra, the paper's tables on figures over a floor, with PCF, PCSS and variance maps beside."""
-    chosen = list(sources())
-    measurements: list[Measurement] = []
-    for index, source in enumerate(chosen):
+
+    def measure_source(source: str, within: Notice) -> Measurement:
         shot = replace(open_shot(source), size=settings.size or SIZE)
-        within = notice_of_step(notice, index, len(chosen), Path(source).stem)
-        measurements.append(measure_tables(shot, techniques(), settings, within))
-    return measurements
+        return measure_tables(shot, techniques(), settings, within)
+
+    return measure_each(sources(), lambda source: Path(source).stem, measure_source, notice)
 
 
 def sources() -> Iterator[str]:

@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softshadows.report.measure import Measurement, Notice, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, measure_each, yardstick
 from softshadows.report.suites.adaptive import FacingSurfaces, render_in_turns, result_beside_rays, trace
 from softshadows.report.suites.baselines import real_shots
 from softshadows.report.tree_times import terrain, time_tree
@@ -91,13 +91,9 @@ class View:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Rays on the GPU against Embree and against shadow maps, and what their trees cost."""
-    chosen = list(views())
-    measurements = []
-    for index, view in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), view.name)
-        within("opening", 0.0)
-        measurements.append(measure_view(view, settings, within))
-    return measurements
+    return measure_each(
+        views(), lambda view: view.name, lambda view, within: measure_view(view, settings, within), notice
+    )
 
 
 def views() -> Iterator[View]:

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from softshadows.report.measure import Measurement, Notice, Result, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, measure_each, yardstick
 from softshadows.report.turns import label_of, render_in_turns
 from softshadows.scene import builtin
 from softshadows.scene.lights import RectLight
@@ -68,12 +68,10 @@ class Step:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """What pixels, light samples, triangles and lights cost, in time and memory, for one technique of each kind."""
-    chosen = list(steps(settings.size or SIZE))
-    measurements = []
-    for index, step in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), step.name)
-        measurements.append(measure_step(step, settings, within))
-    return measurements
+    chosen = steps(settings.size or SIZE)
+    return measure_each(
+        chosen, lambda step: step.name, lambda step, within: measure_step(step, settings, within), notice
+    )
 
 
 def steps(size: tuple[int, int]) -> Iterator[Step]:

@@ -28,7 +28,7 @@ import numpy as np
 
 from softshadows import metrics
 from softshadows.report.compare import file_stem
-from softshadows.report.measure import Measurement, Notice, Result, Yardstick, notice_of_step, yardstick
+from softshadows.report.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
 from softshadows.report.turns import render_in_turns
@@ -61,11 +61,9 @@ class View:
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
     """Penumbra wedges, four blendings and the paper's options, on cubes of spheres, with maps and rays beside."""
-    chosen = list(views())
-    measurements: list[Measurement] = []
-    for index, view in enumerate(chosen):
-        within = notice_of_step(notice, index, len(chosen), view.name)
-        measurements.append(measure_view(view, settings, within))
+    measurements = measure_each(
+        views(), lambda view: view.name, lambda view, within: measure_view(view, settings, within), notice
+    )
     measurements[-1].figures["growth"] = growth(measurements)
     return measurements
 
