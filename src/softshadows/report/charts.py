@@ -10,9 +10,8 @@ from collections.abc import Mapping, Sequence
 from html import escape
 from typing import NamedTuple
 
-from softshadows.report.page.plot import Axis, logarithmic_axis
+from softshadows.report.page.plot import HEIGHT, WIDTH, Axis, grid, logarithmic_axis
 
-WIDTH, HEIGHT = 760, 400
 LEFT, RIGHT, TOP, BOTTOM = 68, 20, 16, 46
 """Margins around the axes."""
 CHARACTER, LINE, KEY = 7.0, 18.0, 22.0
@@ -60,31 +59,10 @@ def chart(series: Series, across: str, up: str, *, joined: bool) -> str:
     drawn = [_series(points, colours[name], x_axis, y_axis, joined) for name, points in series.items()]
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height:g}" width="{WIDTH}" '
-        f'height="{height:g}"><style>{STYLE}</style>\n{_grid(x_axis, y_axis, across, up)}\n'
+        f'height="{height:g}"><style>{STYLE}</style>\n{grid(x_axis, y_axis, across, up)}\n'
         + "\n".join(drawn)
         + f"\n{_legend(legend_rows, colours)}\n</svg>\n"
     )
-
-
-def _grid(x_axis: Axis, y_axis: Axis, across: str, up: str) -> str:
-    parts = []
-    for value in x_axis.ticks():
-        x = x_axis.at(value)
-        parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 18}" text-anchor="middle">{_number(value)}</text>')
-    for value in y_axis.ticks():
-        y = y_axis.at(value)
-        parts.append(f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{_number(value)}</text>')
-    middle = (TOP + HEIGHT - BOTTOM) / 2
-    centre = (LEFT + WIDTH - RIGHT) / 2
-    parts.append(f'<text x="{centre:g}" y="{HEIGHT - 8}" text-anchor="middle">{escape(across)}</text>')
-    parts.append(f'<text transform="translate(14 {middle:g}) rotate(-90)" text-anchor="middle">{escape(up)}</text>')
-    return "".join(parts)
-
-
-def _number(value: float) -> str:
-    return f"{value:,.0f}" if value >= 1000.0 else f"{value:g}"
 
 
 def _series(points: Sequence[Mark], colour: str, x_axis: Axis, y_axis: Axis, joined: bool) -> str:

@@ -79,7 +79,8 @@ def plot(measurement: Measurement) -> str:
     )
     return (
         f'<figure class="plot"><svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{escape(says)}">'
-        f'{_grid(across, up)}<polyline class="front" points="{line}"/>{_marks(points, front, across, up)}</svg>'
+        f'<g class="grid">{grid(across, up, "ms per frame", "rmse")}</g>'
+        f'<polyline class="front" points="{line}"/>{_marks(points, front, across, up)}</svg>'
         f"<figcaption>{escape(says)} Filled points and the line mark it; lower left is better. "
         "The error is the rmse of visibility over all lights.</figcaption></figure>"
     )
@@ -93,20 +94,27 @@ def logarithmic_axis(values: Sequence[float], start: float, end: float) -> Axis:
     return Axis(low - room, high + room, start, end)
 
 
-def _grid(across: Axis, up: Axis) -> str:
+def grid(across: Axis, up: Axis, across_says: str, up_says: str) -> str:
+    """Lines and numbers at both axes' ticks, and what the axes mean, as SVG; `up` starts at the bottom."""
     parts = []
     for value in across.ticks():
         x = across.at(value)
-        parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{TOP}" y2="{HEIGHT - BOTTOM}"/>')
-        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - BOTTOM + 18}" text-anchor="middle">{value:g}</text>')
+        parts.append(f'<line x1="{x:.1f}" x2="{x:.1f}" y1="{up.end:g}" y2="{up.start:g}"/>')
+        parts.append(f'<text x="{x:.1f}" y="{up.start + 18:g}" text-anchor="middle">{_number(value)}</text>')
     for value in up.ticks():
         y = up.at(value)
-        parts.append(f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{y:.1f}" y2="{y:.1f}"/>')
-        parts.append(f'<text x="{LEFT - 8}" y="{y + 4:.1f}" text-anchor="end">{value:g}</text>')
-    middle = (TOP + HEIGHT - BOTTOM) / 2
-    parts.append(f'<text x="{(LEFT + WIDTH - RIGHT) / 2}" y="{HEIGHT - 8}" text-anchor="middle">ms per frame</text>')
-    parts.append(f'<text transform="translate(14 {middle}) rotate(-90)" text-anchor="middle">rmse</text>')
-    return f'<g class="grid">{"".join(parts)}</g>'
+        parts.append(f'<line x1="{across.start:g}" x2="{across.end:g}" y1="{y:.1f}" y2="{y:.1f}"/>')
+        parts.append(f'<text x="{across.start - 8:g}" y="{y + 4:.1f}" text-anchor="end">{_number(value)}</text>')
+    centre, middle = (across.start + across.end) / 2, (up.start + up.end) / 2
+    parts.append(f'<text x="{centre:g}" y="{HEIGHT - 8}" text-anchor="middle">{escape(across_says)}</text>')
+    parts.append(
+        f'<text transform="translate(14 {middle:g}) rotate(-90)" text-anchor="middle">{escape(up_says)}</text>'
+    )
+    return "".join(parts)
+
+
+def _number(value: float) -> str:
+    return f"{value:,.0f}" if value >= 1000.0 else f"{value:g}"
 
 
 def _marks(points: Sequence[Point], front: Sequence[Point], across: Axis, up: Axis) -> str:
