@@ -1,5 +1,5 @@
 // Rays from a receiver to points on the light, gathered four at a time: "is light sample s visible from p?", answered exactly.
-// They start and end as the truth's do (truth/occluders.py, OFFSET).
+// They start and end as the truth's do (truth/tracer.py, OFFSET).
 
 //#include "light_samples.wgsl"
 //#include "occluded.wgsl"
@@ -14,7 +14,6 @@ const UNKNOWN = 2u;
 // A receiver as the light's points see it.
 struct RayStart {
     origin_ws: vec3f,
-    position_ws: vec3f,
     normal_ws: vec3f,
     offset: f32,
     until: f32,        // of every ray, to end before a flat light; negative where the end depends on the ray
@@ -36,7 +35,7 @@ fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
         until = 1.0 - ray_offset(light.center_ws) / max(abs(height), 1e-30);
     }
     let is_before = light.is_one_sided == 0u || height > 0.0;
-    return RayStart(position_ws + offset * normal_ws, position_ws, normal_ws, offset, until, is_before);
+    return RayStart(position_ws + offset * normal_ws, normal_ws, offset, until, is_before);
 }
 
 // From the start to a point of the light, in light space.

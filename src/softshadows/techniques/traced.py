@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +66,7 @@ class TracedPass(SampledPass):
         )
         self._beside_layout, self._beside = self._tree.bind()
         self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise) if noise else None
+        self._extra_bytes += self._tree.bytes + (self._denoise.bytes if self._denoise is not None else 0)
 
     def _plan(self, count: int) -> AtlasPlan:
         context = self._context
@@ -74,15 +75,17 @@ class TracedPass(SampledPass):
             return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, context.gpu.rays_at_once)
         return plan_without_maps(count, min(context.gpu.rays_at_once, count), self._places)
 
+    def set_lights(self, lights: Sequence[Light]) -> None:
+        super().set_lights(lights)
+        if not self._uses_maps:
+            self.shadow_maps = 0
+
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
         self._tree.encode(commands)
-        self.bytes = sum(atlas.bytes for atlas in self._atlases.values()) + self._extra_bytes + self._tree.bytes
-        self.bytes += self._denoise.bytes if self._denoise is not None else 0
         if self._uses_maps:
             super().encode(commands)
             return
-        self.shadow_maps = 0
         for atlas, index in self._turns:
             atlas.encode_receivers(commands.encoder, commands.timer, index)
             for chunk in range(atlas.plan.chunks):

@@ -199,11 +199,8 @@ def plan_atlas(
     per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
     milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
     # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
-    per_chunk = int(
-        np.clip(
-            np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, min(per_row * per_row, samples, most_per_chunk or samples)
-        )
-    )
+    most = min(per_row * per_row, samples, most_per_chunk or samples)
+    per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, most))
     # A batch is whole chunks; but where the atlas holds all samples, all of them are one batch.
     per_batch = samples if per_row * per_row >= samples else per_row * per_row // per_chunk * per_chunk
     return AtlasPlan(

@@ -1,14 +1,10 @@
 // Ask about a batch's light samples once at every pixel whose tree requests them, by rays or, where maps know the answer, by
 // them, and remember the answers as bits.
 
-//#include "receiver.wgsl"
 //#include "light_rays.wgsl"
 //#include "sample_places.wgsl"
 //#include "known_by_map.wgsl"
-//#include "remember.wgsl"
-
-@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
-@group(3) @binding(6) var<storage, read_write> control: Control;
+//#include "batch.wgsl"
 
 // A sample's bit among the pixel's answers, and the word that holds it (tree.wgsl mask_index()).
 struct Place {
@@ -30,31 +26,25 @@ fn is_requested(tree_index: u32, sample: u32) -> bool {
 
 @compute @workgroup_size(TILE, TILE)
 fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let list_at = list_index(group);
-    let count = control.levels[step.level].sample_count;
-    if list_at >= atomicLoad(&control.levels[step.level].active_tiles) || step.first_rank >= count {
+    let asked = batch_pixel(group, local);
+    if !asked.is_asked {
         return;
     }
-    let tile = active_tiles[step.level * tile_count() + list_at];
-    let pixel = tile_origin(tile) + local.xy;
-    if any(pixel >= frame.size) {
-        return;
-    }
-    let surface = load_receiver(pixel);
+    let surface = load_receiver(asked.pixel);
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let start = ray_start(surface.position_ws, surface.normal_ws);
 
     // First what maps know, and which samples of the batch are left to ask: then pixels trace their packets in step.
-    let ranks = min(step.samples_per_batch, count - step.first_rank);
+    let ranks = batch_end() - step.first_rank;
     var unknown = 0u;
     for (var i = 0u; i < ranks; i++) {
         let sample = control.ranked[step.first_rank + i];
-        if !is_requested(tree_of(tile), sample) {
+        if !is_requested(tree_of(asked.tile), sample) {
             continue;
         }
-        let can_be_seen = surface.is_surface && can_see(start, ray_to(start, light_sample_for(pixel, sample)));
+        let can_be_seen = surface.is_surface && can_see(start, ray_to(start, light_sample_for(asked.pixel, sample)));
         let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
-        let place = place_of(tile, lane, sample);
+        let place = place_of(asked.tile, lane, sample);
         masks[place.word] = (masks[place.word] & ~place.bit) | select(0u, place.bit, answer == LIT);
         unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
@@ -62,11 +52,11 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
         begin_packet(start);
         for (; unknown != 0u && waiting_count < 4u; unknown &= unknown - 1u) {
             let sample = control.ranked[step.first_rank + firstTrailingBit(unknown)];
-            add_to_packet(start, sample, ray_to(start, light_sample_for(pixel, sample)));
+            add_to_packet(start, sample, ray_to(start, light_sample_for(asked.pixel, sample)));
         }
         let is_open = open_segments(packet);
         for (var i = 0u; i < 4u; i++) {
-            let place = place_of(tile, lane, waiting[i]);
+            let place = place_of(asked.tile, lane, waiting[i]);
             masks[place.word] |= select(0u, place.bit, is_open[i]);
         }
     }

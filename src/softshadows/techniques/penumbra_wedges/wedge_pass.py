@@ -40,7 +40,7 @@ GROUPS_PER_ROW = 32768
 """Of a long dispatch, folded into rows (silhouettes.wgsl)."""
 RECEIVER_OFFSET = 2.0**-18
 """How far receivers are moved off their surface, and the light off a lamp's, as a share of the largest coordinate
-around: 4 µm per metre. Four times what frees rays (truth/occluders.py), since light units round once more."""
+around: 4 µm per metre. Four times what frees rays (truth/tracer.py), since light units round once more."""
 THINNEST = 1e-3
 """A light's shorter side over its longer one; a thinner light is taken for one of this shape (papers.md, section 6)."""
 

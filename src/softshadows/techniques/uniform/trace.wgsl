@@ -1,30 +1,21 @@
 // Uniform light sampling by rays, or by maps where they are certain: the weighted share of the chunk's light samples that each
 // receiver sees, added to its visibility. [Schwaerzler2012 Eq. 2]
 
-//#include "receiver.wgsl"
 //#include "light_rays.wgsl"
 //#include "sample_places.wgsl"
 //#include "known_by_map.wgsl"
+//#include "sum.wgsl"
 
-@group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> report: array<atomic<u32>>;   // not 0: a ray ended before its end
 
 @compute @workgroup_size(8, 8)
 fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= frame.size) {
+    let pixel = begin_sum(id.xy);
+    if !pixel.is_surface {
         return;
     }
-    let pixel = light.visibility_offset + id.y * frame.size.x + id.x;
-    let surface = load_receiver(id.xy);
-    if !surface.is_surface {
-        visibility[pixel] = 1.0;
-        return;
-    }
-
-    // Ask about this chunk's samples. Weights are small whole numbers, so the sum is exact until it is divided.
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    let start = ray_start(surface.position_ws, surface.normal_ws);
-    let end = chunk.first_sample + chunk.sample_count;
+    let receiver = light_receiver(pixel.surface.position_ws, pixel.surface.normal_ws);
+    let start = ray_start(pixel.surface.position_ws, pixel.surface.normal_ws);
     var visible_weight = 0.0;
     var unknown = 0u;   // what maps do not know of the chunk, bit by bit: then pixels trace their packets in step
     for (var i = 0u; i < chunk.sample_count; i++) {
@@ -45,9 +36,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
             visible_weight += select(0.0, light_samples[waiting[i]].z, is_open[i]);
         }
     }
-
-    let sum = visible_weight + select(visibility[pixel], 0.0, chunk.first_sample == 0u);
-    visibility[pixel] = select(sum, sum / light.total_weight, end == light.sample_count);
+    add_chunk(pixel, visible_weight);
     if was_cut_short {
         atomicOr(&report[0], 1u);
     }
