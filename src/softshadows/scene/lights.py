@@ -9,6 +9,7 @@ the side); `intensity` in W/sr; `irradiance` in W/m². RGB, linear.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -215,6 +216,30 @@ class LineLight(Light):
             end=vector(self.end, "end", "LineLight"),
             radiance=_color(self.radiance, "radiance", "LineLight"),
         )
+
+    @classmethod
+    def outline(cls, corners: Sequence[Vector], radiance: Vector) -> list[LineLight]:
+        """The sides of a flat polygon as lines that together shine as brightly along its normal as the polygon would.
+
+        `corners` (n, 3), n ≥ 3, world space, in order around it; `radiance` its own, W/(m² sr). Heidrich, Brabec and
+        Seidel (2000, §4) shadow a triangular light by its three sides so. It is a crude stand-in: lines shine all
+        around, and shadows lack what the polygon's inside adds. Raises SceneError for a polygon without area.
+        """
+        points = np.array([vector(corner, f"corners[{index}]", "outline") for index, corner in enumerate(corners)])
+        points = points.reshape(-1, 3)
+        spokes = points[1:] - points[:1]
+        area = float(np.linalg.norm(np.cross(spokes[:-1], spokes[1:]).sum(axis=0))) / 2.0
+        if not area > 0.0:
+            raise SceneError(
+                f"outline: corners must be three or more points around an area, got {corners!r}",
+                code="VALUE_NOT_IN_RANGE",
+                pointer="corners",
+            )
+        following = np.roll(points, -1, axis=0)
+        perimeter = float(np.linalg.norm(following - points, axis=1).sum())
+        emission = tuple(area / perimeter * channel for channel in _color(radiance, "radiance", "outline"))
+        sides = zip(points.tolist(), following.tolist(), strict=True)
+        return [cls(tuple(start), tuple(end), emission) for start, end in sides]  # type: ignore[arg-type]
 
     @property
     def center(self) -> Array:

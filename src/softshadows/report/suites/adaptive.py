@@ -273,10 +273,14 @@ class FacingSurfaces:
     surface: npt.NDArray[np.bool_]
 
 
+def facing_surfaces(held: Yardstick) -> FacingSurfaces:
+    """Those that some light reaches."""
+    return FacingSurfaces(held.frame.position, held.frame.normal, np.asarray(held.reference.mask.any(axis=0)))
+
+
 def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
     """What so many shadow rays per facing pixel cost and how far they are from the truth."""
-    mask = held.reference.mask
-    seen = FacingSurfaces(held.frame.position, held.frame.normal, np.asarray(mask.any(axis=0)))
+    mask, seen = held.reference.mask, facing_surfaces(held)
     errors, seconds = [], []
     for samples in counts:
         started = time.perf_counter()
@@ -321,8 +325,8 @@ def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
     ]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     result.figures |= {
-        "time_ratio_redrawn": _ratio(baseline.timings(REDRAWN), redrawn),
-        "time_ratio_kept": _ratio(baseline.timings(KEPT), kept),
+        "time_ratio_redrawn": time_ratio(baseline.timings(REDRAWN), redrawn),
+        "time_ratio_kept": time_ratio(baseline.timings(KEPT), kept),
         "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
         "rmse_uniform": _mean(uniform, "rmse"),
         "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),
@@ -330,8 +334,9 @@ def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
     return result
 
 
-def _ratio(baseline: dict[str, Any] | None, own: dict[str, Any] | None) -> float | None:
-    return baseline["wall_ms"] / own["wall_ms"] if baseline and own else None
+def time_ratio(a: dict[str, Any] | None, b: dict[str, Any] | None) -> float | None:
+    """The wall time of `a` over that of `b`, two timings; None where one was not measured."""
+    return a["wall_ms"] / b["wall_ms"] if a and b else None
 
 
 def _mean(comparisons: Sequence[metrics.Comparison], name: str) -> float:

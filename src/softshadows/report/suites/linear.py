@@ -1,22 +1,26 @@
 """Line lights: two and more point lights, soft shadow maps, occluding edges, the truth and rays, after the two papers.
 
 Views: `figures`, `fence`, `sphere_cube` and `atrium` under a line light; where $SOFTSHADOWS_SCENES is set, real scenes
-with their own line lights. Then what occluding edges cost: "resolution", with maps of 200² to 2000² texels (figure 9 of
-their paper), and "triangles N", over the number of triangles.
+with their own line lights; "triangle", `figures` under the three sides of a triangle, as Heidrich et al. shadow a
+triangular light. Then what occluding edges cost: "resolution", with maps of 200² to 2000² texels (figure 9 of their
+paper), and "triangles N", over the number of triangles.
 
-All maps are drawn in every frame, since the light moves by a micrometre. Techniques take turns. A technique's figures:
+Frames are timed as in the suite `adaptive`, redrawn and kept, in turns. A technique's figures:
 
 rmse_truth, penumbra_rmse_truth   to the truth: over facing pixels, and over those in penumbra
 leak_rate                         share of umbra pixels with visibility above 0.1
 time_over_hard                    wall time of a frame over that of two hard shadows, from the light's ends, at the same
-                                  resolution where that is fixed
+                                  resolution where that is fixed; all is drawn anew
+kept_over_hard                    the same with maps kept from the frame before; None where the resolution is not fixed
 outreach_share                    share of GPU time that occluding edges spend on their outreach; None for others
 equal_uniform                     evenly spaced point lights that have the same rmse, interpolated; None without them
 equal_rays                        stratified shadow rays per facing pixel with the same rmse
 equal_uniform_bound, equal_rays_bound   "at most" or "at least", where that lies beyond those measured
-redrawn                           median wall_ms, gpu_ms by pass
+redrawn, kept                     median wall_ms, gpu_ms by pass
+rmse_area                         of "triangle": the mean of the sides' visibility to the truth of the triangle itself
 
-A picture's figure `rays` holds samples, rmse and seconds of every number of rays, 10 and 200 among them.
+A picture's figure `rays` holds samples, rmse and seconds of every number of rays, 10 and 200 among them; that of
+"triangle" also, as `outline_rmse`, the distance of its sides' truth from its own.
 """
 
 from __future__ import annotations
@@ -31,8 +35,17 @@ from softshadows.report.compare import file_stem
 from softshadows.report.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.report.pictures import png
 from softshadows.report.results import write_bytes
-from softshadows.report.suites.adaptive import REDRAWN, Rays, Run, render_in_turns, trace
+from softshadows.report.suites.adaptive import (
+    KEPT,
+    REDRAWN,
+    Rays,
+    Run,
+    render_in_turns,
+    time_ratio,
+    trace,
+)
 from softshadows.report.suites.baselines import SIZE, real_shots
+from softshadows.report.suites.triangle import Triangle
 from softshadows.scene import builtin
 from softshadows.scene.lights import LineLight
 from softshadows.scene.model import Scene
@@ -44,23 +57,29 @@ if TYPE_CHECKING:
 
 BUILTIN = ("figures", "fence", "sphere_cube", "atrium")
 SHOTS = ("chair_line", "bike_line", "classroom_tube")
-POINT_LIGHTS = (2, 3, 5, 9, 17, 33)
+POINT_LIGHTS = (2, 3, 5, 9, 17)
 """Evenly spaced on the line, its ends included."""
 RAYS = (2, 4, 10, 25, 50, 100, 200)
 """10 and 200 are those of Heidrich et al.'s comparison."""
 RESOLUTIONS = (200, 500, 800, 1200, 1600, 2000)
 """Reimann and Dreier's figure 9 runs from 200 to 2000."""
+PAPERS_TEXELS = 500
+"""Along a map's side, in both papers' presets."""
 SPHERES = (1, 2, 5, 11)
 """Along each side of the cube: 10³ to 10⁶ triangles."""
 
 
 @dataclass(frozen=True)
 class View:
-    """A shot, and its techniques; each is timed against the first before it of two point lights."""
+    """A shot, and its techniques; each is timed against two point lights at its resolution.
+
+    `triangle` is the light whose sides are the shot's, where there is one.
+    """
 
     name: str
     open: Callable[[], Shot]
     techniques: list[Technique]
+    triangle: Triangle | None = None
 
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
@@ -76,6 +95,9 @@ def views() -> Iterator[View]:
         yield View(name, partial(under_a_line, name, getattr(builtin, name)()), methods())
     for file in real_shots(SHOTS):
         yield View(file.stem, partial(open_shot, str(file)), methods())
+    scene = builtin.figures()
+    triangle = Triangle.within(scene.lights[0])
+    yield View("triangle", partial(triangle.lit_by_sides, scene, "triangle", SIZE), methods(), triangle)
     by_resolution: list[Technique] = []
     for resolution in RESOLUTIONS:
         by_resolution += [_point_lights(2, resolution), replace(OccludingEdges.preset("paper"), resolution=resolution)]
@@ -94,6 +116,7 @@ def methods() -> list[Technique]:
     """Point lights, and both methods with two and three samples and mended."""
     return [
         *(_point_lights(count) for count in POINT_LIGHTS),
+        _point_lights(2, PAPERS_TEXELS),
         LineShadowMaps.preset("paper"),
         replace(LineShadowMaps.preset("paper"), samples=3),
         LineShadowMaps(),
@@ -126,7 +149,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     held = yardstick(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.15)
     rays = trace(shot, held, RAYS)
-    runs, skipped = render_in_turns(shot, view.techniques, replace(settings, folder=None), notice, modes=(REDRAWN,))
+    runs, skipped = render_in_turns(shot, view.techniques, replace(settings, folder=None), notice)
     results = [_result(run, _baseline(run, runs), held) for run in runs]
     plain = _plain(results)
     for result in results:
@@ -134,11 +157,17 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
         equal, bound = plain.equal_to(error) if plain else (None, None)
         result.figures["equal_uniform"], result.figures["equal_uniform_bound"] = equal, bound
         result.figures["equal_rays"], result.figures["equal_rays_bound"] = rays.equal_to(error)
+    figures: dict[str, Any] = {"rays": rays.series}
+    if view.triangle is not None:
+        own = view.triangle.truth(shot, held)
+        figures["outline_rmse"] = view.triangle.rmse(held.reference.visibility, own, held)
+        for result in results:
+            result.figures["rmse_area"] = view.triangle.rmse(result.visibility, own, held)
     if settings.folder is not None:
         write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
         for result in results:
             write_bytes(png(result.picture), settings.folder / view.name / f"{file_stem(result.label)}.png")
-    return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
+    return Measurement(shot, held.reference, results, skipped, figures)
 
 
 def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
@@ -151,8 +180,10 @@ def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
 def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
     redrawn = run.timings(REDRAWN)
     assert redrawn is not None
-    hard = baseline.timings(REDRAWN) if baseline else None
+    kept = run.timings(KEPT)
     result = held.result(run.technique, run.frame, run.timing(REDRAWN))
+    if kept is not None:
+        result.times[KEPT] = run.timing(KEPT)
     result.stats["gpu_ms"] = redrawn["gpu_ms"]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     outreach = redrawn["gpu_ms"].get("outreach")
@@ -164,9 +195,11 @@ def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
         "rmse_truth": mean("rmse"),
         "penumbra_rmse_truth": mean("penumbra_rmse"),
         "leak_rate": mean("leak_rate"),
-        "time_over_hard": redrawn["wall_ms"] / hard["wall_ms"] if hard else None,
+        "time_over_hard": time_ratio(redrawn, baseline and baseline.timings(REDRAWN)),
+        "kept_over_hard": time_ratio(kept, baseline and baseline.timings(KEPT)),
         "outreach_share": outreach / gpu_ms if outreach and gpu_ms else None,
         REDRAWN: redrawn,
+        KEPT: kept,
     }
     result.figures = figures
     return result
