@@ -1,6 +1,6 @@
 """Every technique on the same frames: the table by which the documentation says which one to use.
 
-Views: `figures`, `sphere_cube` and `room` under their rectangle lights; `figures` and `fence` under a line as long as
+Views: `figures`, `sphere_cube`, `room` and `fence` under their rectangle lights; `figures` and `fence` under a line as long as
 their light is wide ("figures, line light"). All techniques that can do the light, with their defaults, and those of
 `BESIDE` with the options that serve best where their manuals advise others.
 """
@@ -22,10 +22,12 @@ from softshadows.techniques import Adaptive, PenumbraWedges, Technique, Variable
 if TYPE_CHECKING:
     from softshadows.report.suites import Settings
 
-RECTANGLE = ("figures", "sphere_cube", "room")
+RECTANGLE = ("figures", "sphere_cube", "room", "fence")
 LINE = ("figures", "fence")
 BESIDE: tuple[Technique, ...] = (
     Adaptive(filter="cell", max_depth=2),
+    Adaptive(visibility="ray"),
+    Adaptive(visibility="hybrid"),
     VariablePenumbra(kernels="from_light"),
     PenumbraWedges(blending="union"),
 )

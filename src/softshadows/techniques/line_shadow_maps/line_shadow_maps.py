@@ -11,6 +11,7 @@ Section map
     [Heidrich2000 Eq. 1]   the exact transition across a penumbra              -> channels.wgsl rational_share()
     [Heidrich2000 §3.3]    more samples, a light for every two neighbours      -> visibility.wgsl cs_visibility()
     [Heidrich2000 §4]      3×3 Laplacian of Gaussian                           -> skins.wgsl laplacian()
+    [Heidrich2000 §4]      a triangular light as three lines                   -> scene/lights.py LineLight.outline()
 
 Departures from the paper
     `LineShadowMaps.preset("paper")` undoes the first four. Measured: docs/decisions/0013-line-shadow-maps.md.
@@ -30,7 +31,7 @@ Departures from the paper
     - Of overlapping skins the least share counts; skins are drawn only into the map that looks behind their edge. In
       the other they would be hidden behind the occluder.
     - Visibility is the sum of the channels, without the illumination at each end: lighting multiplies it with
-      the unshadowed radiance of the whole line. Triangle lights are left out, for there are none here.
+      the unshadowed radiance of the whole line.
 
 Use when
     the light is a line, and its soft shadow has to come from few maps.
