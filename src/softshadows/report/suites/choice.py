@@ -1,8 +1,8 @@
 """Every technique on the same frames: the table by which the documentation says which one to use.
 
-Views: `figures`, `sphere_cube`, `room` and `fence` under their rectangle lights; `figures` and `fence` under a line as long as
-their light is wide ("figures, line light"). All techniques that can do the light, with their defaults, and those of
-`BESIDE` with the options that serve best where their manuals advise others.
+Views: `figures`, `sphere_cube`, `room` and `fence` under their rectangle lights; `figures` and `fence` under a line as
+long as their light is wide ("figures, line light"). All techniques that can do the light, with their defaults, and
+those of `BESIDE` with the options that serve best where their manuals advise others.
 """
 
 from __future__ import annotations
