@@ -151,7 +151,7 @@ def embree_rows(shot: Shot, frame: ss.Frame, measured: Measurement, repeats: int
 def measure(shot: Shot, peers: Path, drivers: dict[str, str], samples: int, repeats: int) -> dict[str, Any]:
     """One picture of results.json: our techniques, then the peers."""
     held = yardstick(shot, samples, lambda doing, share: print(f"{shot.name}: {doing}", flush=True))
-    turns = render_in_turns(shot, techniques(), repeats, lambda doing, share: None, redraw=True)
+    turns = render_in_turns(shot, techniques(), repeats, lambda doing, share: None)
     ours = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
     measured = Measurement(shot, held.reference, ours, turns.failed)
     rows, missing = list(embree_rows(shot, held.frame, measured, repeats)), []

@@ -205,9 +205,9 @@ def measure(
 ) -> Measurement:
     """Render `shot` with every technique and compare each with ray-traced truth of `samples` rays per pixel and light.
 
-    `repeats` frames of each are timed, in turns so that a machine's moods fall on all alike. Raises OptionError where a
-    technique cannot do the shot's lights and DeviceError where the adapter, or the `profile` of frame.Renderer, cannot;
-    with `skip` they are left out.
+    `repeats` frames of each are timed, all drawn anew, in turns so that a machine's moods fall on all alike. Raises
+    OptionError where a technique cannot do the shot's lights and DeviceError where the adapter, or the `profile` of
+    frame.Renderer, cannot; with `skip` they are left out.
     """
     able, skipped = able_techniques(shot, techniques, skip=skip)
     held = yardstick(shot, samples, notice)

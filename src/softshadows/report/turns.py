@@ -16,7 +16,7 @@ from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
 
 LIGHT_STEP = 1e-6
-"""Metres that the lights move from frame to frame where everything is to be redrawn: other lights to the renderer."""
+"""Metres that the lights move from frame to frame, so that everything is redrawn: other lights to the renderer."""
 
 
 @dataclass(frozen=True)
@@ -60,14 +60,13 @@ def render_in_turns(
     repeats: int,
     notice: Callable[[str, float], None],
     *,
-    redraw: bool = False,
     skip: bool = True,
     profile: str = "full",
 ) -> Turns:
     """Render a first frame of each technique, which compiles and uploads, then `repeats` timed ones in turns.
 
-    Lights rest, so that a technique may keep what it has, or move a little before every frame with `redraw`. Without
-    `skip`, DeviceError where the adapter or the `profile` of frame.Renderer cannot do one.
+    The lights move a little before every frame, so that nothing is kept from the one before. Without `skip`,
+    DeviceError where the adapter or the `profile` of frame.Renderer cannot do one.
     """
     frames: dict[Technique, Frame] = {}
     taken: dict[Technique, list[float]] = {}
@@ -79,8 +78,7 @@ def render_in_turns(
         renderers: dict[Technique, Renderer] = {}
         steps, done = (repeats + 1) * max(len(techniques), 1), 0
         for turn in range(repeats + 1):
-            if redraw:
-                shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
+            shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
             for technique in techniques if turn == 0 else list(renderers):
                 notice(
                     f"{label_of(technique)}, " + (f"frame {turn} of {repeats}" if turn else "first frame"), done / steps

@@ -63,8 +63,6 @@ RAYS = (2, 4, 10, 25, 50, 100, 200)
 """10 and 200 are those of Heidrich et al.'s comparison."""
 RESOLUTIONS = (200, 500, 800, 1200, 1600, 2000)
 """Reimann and Dreier's figure 9 runs from 200 to 2000."""
-PAPERS_TEXELS = 500
-"""Along a map's side, in both papers' presets."""
 SPHERES = (1, 2, 5, 11)
 """Along each side of the cube: 10³ to 10⁶ triangles."""
 
@@ -114,14 +112,15 @@ def views() -> Iterator[View]:
 
 def methods() -> list[Technique]:
     """Point lights, and both methods with two and three samples and mended."""
+    maps, edges = LineShadowMaps.preset("paper"), OccludingEdges.preset("paper")
     return [
         *(_point_lights(count) for count in POINT_LIGHTS),
-        _point_lights(2, PAPERS_TEXELS),
-        LineShadowMaps.preset("paper"),
-        replace(LineShadowMaps.preset("paper"), samples=3),
+        *(_point_lights(2, paper.resolution) for paper in (maps, edges)),
+        maps,
+        replace(maps, samples=3),
         LineShadowMaps(),
-        OccludingEdges.preset("paper"),
-        replace(OccludingEdges.preset("paper"), samples=3),
+        edges,
+        replace(edges, samples=3),
         OccludingEdges(),
         OccludingEdges(samples=9),
     ]

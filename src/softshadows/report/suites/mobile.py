@@ -89,7 +89,7 @@ def sources() -> Iterator[str]:
 def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice: Notice) -> Measurement:
     """All figures of the shot; writes its pictures. The first row is what the others are set against."""
     held = yardstick(shot, settings.samples, notice)
-    turns = render_in_turns(shot, [UNSHADOWED, *rows], settings.repeats, notice, redraw=True)
+    turns = render_in_turns(shot, [UNSHADOWED, *rows], settings.repeats, notice)
     results: list[Result] = []
     for row in (row for row in rows if row in turns.frames):
         result = held.result(row, turns.frames[row], turns.times[row])

@@ -114,7 +114,6 @@ def measure_step(step: Step, settings: Settings, notice: Notice) -> Measurement:
         step.techniques,
         settings.repeats,
         lambda doing, share: notice(doing, 0.2 + 0.8 * share),
-        redraw=True,
     )
     results = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
     for result in results:

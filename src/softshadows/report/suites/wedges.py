@@ -92,7 +92,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(view.name, scene, scene.camera, settings.size or SIZE)
     held = yardstick(shot, settings.samples, notice)
-    turns = render_in_turns(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice, redraw=True)
+    turns = render_in_turns(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice)
     empty_ms = turns.times[UNSHADOWED].median_ms
     edges = sum(len(edges_of(node.mesh).vertices) for node in scene.nodes)
     results: list[Result] = []
