@@ -27,12 +27,10 @@ from softshadows.passes.shadow_atlas.shadow_atlas import (
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
+from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET
 
 Samples = tuple[np.ndarray, np.ndarray]
 """points (places × n, 2) in light space, metres, and weights (n,). Shadow maps have one place (sub_positions.py)."""
-
-DEFAULT_MEMORY_BUDGET = 512
-"""MiB that the shadow maps drawn at one time may take."""
 
 
 def center_sample(light: Light, jitter: int = 0) -> Samples:

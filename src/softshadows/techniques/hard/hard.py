@@ -26,7 +26,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import ClassVar
 
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import bias_option, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.uniform import uniform
 
@@ -37,10 +38,8 @@ class Hard(Technique):
     name: ClassVar[str] = "hard"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
-    resolution: int | str = option(
-        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    resolution: int | str = resolution_option(1024)
+    bias_scale: float = bias_option()
 
     def build(self, context: RenderContext) -> TechniquePass:
         return SampledPass(

@@ -26,6 +26,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.common_options import bias_option, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 
@@ -39,10 +40,8 @@ class Pcf(Technique):
     kernel: int = option(default=4, help="taps along each side of the kernel", low=1, high=32)
     spread: float = option(default=1.0, help="texels between taps", low=0.0, high=64.0)
     pattern: str = option(default="grid", help="a square grid, or as many taps in a Poisson disk", choices=PATTERNS)
-    resolution: int | str = option(
-        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    resolution: int | str = resolution_option(1024)
+    bias_scale: float = bias_option()
 
     def build(self, context: RenderContext) -> TechniquePass:
         count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0

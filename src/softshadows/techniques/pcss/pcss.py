@@ -38,6 +38,7 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.common_options import bias_option, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import PATTERNS, sequence, taps, upload_taps
 
@@ -59,10 +60,8 @@ class Pcss(Technique):
     blocker_samples: int = option(default=64, help="taps of the blocker search", low=1, high=1024)
     filter_samples: int = option(default=64, help="taps of the filter", low=1, high=1024)
     pattern: str = option(default="grid", help="a grid with the light's shape, or a Poisson disk", choices=PATTERNS)
-    resolution: int | str = option(
-        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
+    resolution: int | str = resolution_option(1024)
+    bias_scale: float = bias_option()
 
     @classmethod
     def preset(cls, name: str) -> Pcss:

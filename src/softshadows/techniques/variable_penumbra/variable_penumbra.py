@@ -58,7 +58,7 @@ from typing import ClassVar
 
 from softshadows.passes.shadow_atlas.shadow_atlas import plan_atlas
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
 
@@ -124,9 +124,7 @@ class VariablePenumbra(Technique):
     layers: int = option(
         default=1, help="of the map: with 2, edges before other surfaces do not choose a pixel's kernel", choices=(1, 2)
     )
-    resolution: int | str = option(
-        default=1024, help="texels along the shadow map's side", low=16, high=16384, or_word="auto"
-    )
+    resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
         plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, 1, self.resolution, DEFAULT_MEMORY_BUDGET)

@@ -32,7 +32,8 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas, plan_atlas
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, center_sample
+from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
+from softshadows.techniques.sampled import SampledPass, center_sample
 
 MIN_VARIANCE = 1e-7
 """Of the light's reach squared: a standard deviation of 0.03 %, the slope of a receiver within a texel."""
@@ -48,9 +49,7 @@ class Vsm(Technique):
         default=5, help="texels along each side of the box filter; even numbers round up", low=1, high=63
     )
     light_bleed_reduction: float = option(default=0.2, help="share of the bound's tail that is cut", low=0.0, high=0.95)
-    resolution: int | str = option(
-        default=1024, help="texels along the shadow map's side", low=16, high=8192, or_word="auto"
-    )
+    resolution: int | str = resolution_option(1024, high=8192)
 
     def build(self, context: RenderContext) -> TechniquePass:
         return _VsmPass(context, self)
