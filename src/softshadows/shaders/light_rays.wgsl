@@ -1,15 +1,11 @@
 // Rays from a receiver to points on the light, gathered four at a time: "is light sample s visible from p?", answered exactly.
 // They start and end as the truth's do (truth/tracer.py, OFFSET).
 
+//#include "answers.wgsl"
 //#include "light_samples.wgsl"
 //#include "occluded.wgsl"
 
 const OFFSET = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate: a start that no triangle blocks by rounding
-
-// What is known of a sample without a ray.
-const HIDDEN = 0u;
-const LIT = 1u;
-const UNKNOWN = 2u;
 
 // A receiver as the light's points see it.
 struct RayStart {

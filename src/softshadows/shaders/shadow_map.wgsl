@@ -47,11 +47,12 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
         toward = -receiver.normal.z;
     }
     sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
-    // The front window may reach over the other faces.
+    // The front window may reach over the other faces. A loop, since machines that run many invocations in step would
+    // otherwise look for another face for all of them.
     var face = FRONT;
     var point = face_coordinates(FRONT, along);
     sight.covered = is_covered(sample_index * FACES + FRONT, point);
-    if !sight.covered {
+    for (var is_beside = !sight.covered; is_beside; is_beside = false) {
         face = face_of(light, along);
         point = face_coordinates(face, along);
         sight.covered = face != FRONT && is_covered(sample_index * FACES + face, point);

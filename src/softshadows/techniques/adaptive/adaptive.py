@@ -55,7 +55,7 @@ Inputs
     rectangle and line lights.
 Cost
     up to 289 shadow maps (17 on a line), as many look-ups per pixel as its tile's tree has samples, and 40 bytes of
-    memory per pixel. Two more passes a level decide; no more than a tenth of the frame.
+    memory per pixel, with "hybrid" 80. Two more passes a level decide; no more than a tenth of the frame.
 """
 
 from __future__ import annotations
@@ -212,7 +212,7 @@ class AdaptivePass(TechniquePass):
             offsets=technique.offsets,
         )
         if technique.visibility == "ray":
-            plan, batches = plan_rays(context.gpu, lattice, technique.offsets)
+            plan, batches = plan_rays(lattice, technique.offsets)
         else:
             plan, batches = plan_batches(
                 context.gpu,
@@ -221,7 +221,6 @@ class AdaptivePass(TechniquePass):
                 technique.resolution,
                 technique.memory_budget,
                 holds_all=options.is_filtered,
-                asks_rays=technique.visibility == "hybrid",
             )
         return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
 

@@ -1,35 +1,43 @@
-// A pixel that is asked about a batch of a level's samples, and what kernels that ask and remember are bound to.
+// A pixel whose tree requests samples of a level, and what kernels that ask about them and remember are bound to.
 
 //#include "receiver.wgsl"
 //#include "tree.wgsl"
 //#include "level.wgsl"
+//#include "remembered.wgsl"
 
 @group(3) @binding(1) var<storage, read> requests: array<u32>;
 @group(3) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 
-struct BatchPixel {
-    is_asked: bool,   // false: beyond the level's tiles or samples, or outside of the image
+struct LevelPixel {
+    is_asked: bool,   // false: beyond the level's tiles, or outside of the image
     tile: u32,
     pixel: vec2u,
 };
 
-fn batch_pixel(group: vec3u, local: vec3u) -> BatchPixel {
+fn level_pixel(group: vec3u, local: vec3u) -> LevelPixel {
     let list_at = list_index(group);
-    if list_at >= atomicLoad(&control.levels[step.level].active_tiles) || step.first_rank >= level_samples() {
-        return BatchPixel(false, 0u, vec2u(0u));
+    if list_at >= atomicLoad(&control.levels[step.level].active_tiles) {
+        return LevelPixel(false, 0u, vec2u(0u));
     }
     let tile = active_tiles[step.level * tile_count() + list_at];
     let pixel = tile_origin(tile) + local.xy;
-    return BatchPixel(all(pixel < frame.size), tile, pixel);
+    return LevelPixel(all(pixel < frame.size), tile, pixel);
 }
 
-// Samples that the level asks about, and the end of those in the batch.
-fn level_samples() -> u32 {
-    return control.levels[step.level].sample_count;
+// The level's new samples in a row that a tile's tree requests.
+fn requested_samples(tile: u32, row: u32) -> u32 {
+    return requests[tree_of(tile) * shape.sample_rows + row] & new_samples(row);
 }
 
-fn batch_end() -> u32 {
-    return min(step.first_rank + step.samples_per_batch, level_samples());
+// Answers about the samples of a row replace what an earlier frame left about them.
+fn remember(tile: u32, lane: u32, row: u32, requested: u32, visible: u32) {
+    let pair = mask_index(tile, row / 2u, lane);
+    let shift = 16u * (row % 2u);
+    masks[pair] = (masks[pair] & ~((requested & 0xffffu) << shift)) | ((visible & 0xffffu) << shift);
+    if (requested >> 16u) != 0u {
+        let lasts = mask_index(tile, mask_words() - 1u, lane);
+        masks[lasts] = insertBits(masks[lasts], visible >> 16u, row, 1u);
+    }
 }

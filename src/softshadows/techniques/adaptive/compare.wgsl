@@ -7,6 +7,7 @@
 //#include "remembered.wgsl"
 //#include "level.wgsl"
 
+@group(3) @binding(4) var<storage, read> masks: array<u32>;               // tree.wgsl mask_index()
 @group(3) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;

@@ -1,4 +1,4 @@
-"""How a level's maps or rays are cut into draws and dispatches, by sizes that the CPU knows beforehand."""
+"""How a level's maps are cut into draws, by sizes that the CPU knows beforehand."""
 
 from __future__ import annotations
 
@@ -14,11 +14,9 @@ BATCHES = (1, 2, 4, 8, 16)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
 
 
-def plan_rays(gpu: Gpu, lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
-    """No maps, and by level the number of dispatches that its rays are cut into."""
-    counts = [lattice.count(level) for level in range(lattice.depth + 1)]
-    batches = [-(-count // gpu.rays_at_once) for count in counts]
-    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), batches
+def plan_rays(lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
+    """No maps, and no draws."""
+    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), [1] * (lattice.depth + 1)
 
 
 def plan_batches(
@@ -29,7 +27,6 @@ def plan_batches(
     memory_budget: int,
     *,
     holds_all: bool,
-    asks_rays: bool,
 ) -> tuple[AtlasPlan, list[int]]:
     """The atlas, and by level the number of draws that its maps are cut into. Raises DeviceError as tile_size.
 
@@ -51,8 +48,6 @@ def plan_batches(
     batches = [-(-count // at_one_time) for count in counts]
     if resolution == "auto":  # smaller maps rather than many draws
         batches = [min(wanted, most) for wanted, most in zip(batches, BATCHES, strict=False)]
-    if asks_rays:
-        batches = [max(draws, -(-count // gpu.rays_at_once)) for draws, count in zip(batches, counts, strict=True)]
     plan = AtlasPlan(
         samples=samples,
         tile=tile,

@@ -1,6 +1,4 @@
-// What a pixel remembers of its look-ups, for kernels that only read it.
-
-@group(3) @binding(4) var<storage, read> masks: array<u32>;
+// What a pixel remembers of its look-ups. The including file declares `masks`.
 
 // The samples of a row that the pixel sees.
 fn remembered(tile: u32, row: u32, lane: u32) -> u32 {

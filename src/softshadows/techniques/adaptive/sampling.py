@@ -70,7 +70,7 @@ KERNEL_BUFFERS = {
     "filter": "requests refined masks control report",
 }
 """By kernel: those of the sampling's buffers that it uses, all in bind group 3."""
-STEPPED_KERNELS = ("list", "fit", "lookup", "trace", "compare", "refine")
+STEPPED_KERNELS = ("list", "fit", "lookup", "compare", "refine")
 BINDINGS = {
     "shape": 0,
     "requests": 1,
@@ -146,6 +146,7 @@ class AdaptiveSampling:
         self._probe = self._bind("probe") if self._has_probes else {}
         self._bracket = self._bind("bracket") if self._has_brackets else {}
         self._steps = self._make_steps()
+        self._rays = self._make_rays()
         self._sums = self._make_sums()
 
     def _make_buffers(self, report: wgpu.GPUBuffer) -> dict[str, wgpu.GPUBuffer]:
@@ -154,6 +155,7 @@ class AdaptiveSampling:
         tiles = self._tiles[0] * self._tiles[1]
         trees = 1 if options.is_global else tiles
         refined_rows = (1 << lattice.depth) - 1 if lattice.has_rows else lattice.depth
+        masks = 2 if options.visibility == "hybrid" else 1  # what is visible, and what maps are not certain about
         shape = TreeShape(
             image_size=self._context.gbuffer.size,
             deepest=lattice.depth,
@@ -186,7 +188,7 @@ class AdaptiveSampling:
             "requests": buffer(trees * lattice.rows),
             "refined": buffer(trees * refined_rows),
             "failures": buffer(trees * refined_rows * QUADRANTS + tiles),
-            "masks": buffer(tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE),
+            "masks": buffer(masks * tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE),
             "active_tiles": buffer((lattice.depth + 1) * tiles),
             "control": buffer(CONTROL_WORDS),
             "report": report,
@@ -227,19 +229,15 @@ class AdaptiveSampling:
             "compare": kernel("compare", {0: _numbered(gbuffer.uniforms, position)}),
             "refine": kernel("refine", {}),
         }
-        if self._tree is None:
-            kernels["lookup"] = kernel("lookup", {0: receivers, 2: maps})
-        else:
-            known = {} if self._uses_maps else {"known_by_map.wgsl": "known_by_nothing.wgsl"}
-            lights = maps if self._uses_maps else _numbered(atlas.light, atlas.samples)
-            groups = {0: receivers, 1: self._tree.resources, 2: lights}
-            kernels["trace"] = kernel("trace", groups, {**known, **self._tree.stand_ins})
+        if self._uses_maps:
+            kernels["lookup"] = kernel("lookup", {0: receivers, 2: maps}, leaves_unknown=float(self._tree is not None))
+        if self._tree is not None:
+            groups = {0: receivers, 1: self._tree.resources, 2: _numbered(atlas.light, atlas.samples)}
+            kernels["trace"] = kernel("trace", groups, self._tree.stand_ins, follows_maps=float(self._uses_maps))
             if self._has_probes:
-                lights = {0: atlas.light}
-                kernels["probe"] = kernel("probe", {**groups, 2: lights}, self._tree.stand_ins)
+                kernels["probe"] = kernel("probe", {**groups, 2: {0: atlas.light}}, self._tree.stand_ins)
             if self._has_brackets:
-                lights = _numbered(atlas.light, atlas.samples)
-                kernels["bracket"] = kernel("bracket", {**groups, 2: lights}, self._tree.stand_ins)
+                kernels["bracket"] = kernel("bracket", groups, self._tree.stand_ins)
         if self._options.is_filtered:
             constants = {"paper_weights": weights, "pcf_texels": self._options.pcf}
             kernels["filter"] = kernel("filter", {0: receivers, 2: maps}, **constants)
@@ -258,21 +256,41 @@ class AdaptiveSampling:
             own[VISIBILITY] = self._context.visibility
         return {3: self._kernels[kernel].bind(3, own)}
 
+    def _step(self, level: int) -> Step:
+        """A level's first one."""
+        lattice, at_once = self._lattice, self._context.gpu.rays_at_once
+        return Step(
+            level=level,
+            samples=_every(lattice.spacing(level), lattice.columns),
+            older_samples=_every(lattice.spacing(level - 1), lattice.columns) if level else 0,
+            samples_per_batch=-(-lattice.count(level) // self._batches[level]),
+            first_chunk=sum(self._batches[:level]),
+            first_rank=0,
+            first_ray=0,
+            rays=at_once,
+            fineness=FINENESS[level],
+        )
+
+    def _make_rays(self) -> list[list[Changing]]:
+        """By level: the dispatches that trace its rays, some of each pixel's at a time."""
+        if self._tree is None:
+            return [[] for _ in self._batches]
+        at_once = self._context.gpu.rays_at_once
+        return [
+            [
+                self._bind("trace", self._uniform(replace(self._step(level), first_ray=first)))
+                for first in range(0, self._lattice.count(level), at_once)
+            ]
+            for level in range(self._lattice.depth + 1)
+        ]
+
     def _make_steps(self) -> list[list[dict[str, Changing]]]:
-        """By level and batch: the step, bound for every kernel that asks for it."""
-        lattice, steps = self._lattice, []
+        """By level and batch of maps: the step, bound for every kernel that asks for it."""
+        steps = []
         for level, batches in enumerate(self._batches):
-            per_batch = -(-lattice.count(level) // batches)
-            first = Step(
-                level=level,
-                samples=_every(lattice.spacing(level), lattice.columns),
-                older_samples=_every(lattice.spacing(level - 1), lattice.columns) if level else 0,
-                samples_per_batch=per_batch,
-                first_chunk=sum(self._batches[:level]),
-                first_rank=0,
-                fineness=FINENESS[level],
-            )
-            uniforms = [self._uniform(replace(first, first_rank=batch * per_batch)) for batch in range(batches)]
+            first = self._step(level)
+            ranks = [batch * first.samples_per_batch for batch in range(batches)]
+            uniforms = [self._uniform(replace(first, first_rank=rank)) for rank in ranks]
             steps.append(
                 [
                     {name: self._bind(name, uniform) for name in STEPPED_KERNELS if name in self._kernels}
@@ -340,15 +358,19 @@ class AdaptiveSampling:
             with commands.compute("trace") as compute:
                 kernels["probe"].begin(compute, self._probe)
                 compute.dispatch_workgroups_indirect(dispatches, tiles)
-        asks = "lookup" if self._tree is None else "trace"
-        for batch, step in enumerate(steps):
-            chunk = sum(self._batches[:level]) + batch
-            if self._uses_maps:
+        if self._uses_maps:
+            for batch, step in enumerate(steps):
+                chunk = sum(self._batches[:level]) + batch
                 self._atlas.encode_draw(commands.encoder, commands.timer, chunk, clears_atlas=False, clears_views=True)
-            with commands.compute(asks) as compute:
-                kernels[asks].begin(compute, step[asks])
+                with commands.compute("lookup") as compute:
+                    kernels["lookup"].begin(compute, step["lookup"])
+                    compute.dispatch_workgroups_indirect(dispatches, tiles)
+                commands.account(self._batch_ms(level))
+        for rays in self._rays[level]:
+            with commands.compute("trace") as compute:
+                kernels["trace"].begin(compute, rays)
                 compute.dispatch_workgroups_indirect(dispatches, tiles)
-            commands.account(self._batch_ms(level))
+            commands.account(self._rays_ms)
         if self._lattice.dimensions == 0:
             return
         with commands.compute("compare") as compute:
@@ -359,12 +381,18 @@ class AdaptiveSampling:
                 compute.dispatch_workgroups(-(-self._tiles[0] * self._tiles[1] // REFINE_INVOCATIONS))
 
     def _batch_ms(self, level: int) -> float:
-        """What one of the level's batches takes at most."""
+        """What one of the level's batches of maps takes at most."""
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
         samples = self._lattice.count(level) / self._batches[level]
-        draws = self._context.scene.triangle_count / gpu.triangles_per_ms if self._uses_maps else 0.0
-        asks = width * height / (gpu.lookups_per_ms if self._tree is None else gpu.rays_per_ms)
-        return samples * (draws + asks)
+        return samples * (
+            self._context.scene.triangle_count / gpu.triangles_per_ms + width * height / gpu.lookups_per_ms
+        )
+
+    @property
+    def _rays_ms(self) -> float:
+        """What one dispatch of rays takes at most."""
+        gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
+        return gpu.rays_at_once * width * height / gpu.rays_per_ms
 
 
 CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 4

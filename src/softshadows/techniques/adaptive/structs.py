@@ -43,6 +43,8 @@ class Step(Struct):
     samples_per_batch: U32
     first_chunk: U32
     first_rank: U32
+    first_ray: U32  # of each pixel's on this level, and how many of them are traced
+    rays: U32
     fineness: F32  # of the level's maps: texels along a pixel, over those of the first level
 
 

@@ -1,10 +1,11 @@
-// Ask about a batch's light samples once at every pixel whose tree requests them, by rays or, where maps know the answer, by
-// them, and remember the answers as bits.
+// Ask rays about a level's light samples at every pixel whose tree requests them, or after maps about those that they are not
+// certain about, and remember the answers as bits.
 
 //#include "light_rays.wgsl"
 //#include "sample_places.wgsl"
-//#include "known_by_map.wgsl"
 //#include "batch.wgsl"
+
+override follows_maps: bool;
 
 // A sample's bit among the pixel's answers, and the word that holds it (tree.wgsl mask_index()).
 struct Place {
@@ -20,42 +21,62 @@ fn place_of(tile: u32, lane: u32, sample: u32) -> Place {
     return Place(word, 1u << select(16u * (row % 2u) + column, row, is_17th));
 }
 
-fn is_requested(tree_index: u32, sample: u32) -> bool {
-    return ((requests[tree_index * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns)) & 1u) == 1u;
+// The samples of a row that are left to ask, of all rows one after the other.
+fn left_in(tile: u32, row: u32, lane: u32) -> u32 {
+    if row >= shape.sample_rows {
+        return 0u;
+    }
+    let requested = requested_samples(tile, row);
+    if follows_maps {
+        return requested & remembered(unknown_by(tile), row, lane);
+    }
+    return requested;
 }
 
 @compute @workgroup_size(TILE, TILE)
 fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let asked = batch_pixel(group, local);
+    let asked = level_pixel(group, local);
     if !asked.is_asked {
         return;
     }
     let surface = load_receiver(asked.pixel);
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let start = ray_start(surface.position_ws, surface.normal_ws);
-
-    // First what maps know, and which samples of the batch are left to ask: then pixels trace their packets in step.
-    let ranks = batch_end() - step.first_rank;
-    var unknown = 0u;
-    for (var i = 0u; i < ranks; i++) {
-        let sample = control.ranked[step.first_rank + i];
-        if !is_requested(tree_of(asked.tile), sample) {
-            continue;
+    if !follows_maps && step.first_ray == 0u {
+        for (var row = 0u; row < shape.sample_rows; row++) {
+            remember(asked.tile, lane, row, requested_samples(asked.tile, row), 0u);
         }
-        let can_be_seen = surface.is_surface && can_see(start, ray_to(start, light_sample_for(asked.pixel, sample)));
-        let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
-        let place = place_of(asked.tile, lane, sample);
-        masks[place.word] = (masks[place.word] & ~place.bit) | select(0u, place.bit, answer == LIT);
-        unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
-    while unknown != 0u {
+    // Each pixel counts its own rays, so that packets are full, and neighbours trace theirs at the same time.
+    var row = 0u;
+    var left = left_in(asked.tile, row, lane);
+    var earlier = step.first_ray;
+    while row < shape.sample_rows && earlier >= countOneBits(left) {
+        earlier -= countOneBits(left);
+        row += 1u;
+        left = left_in(asked.tile, row, lane);
+    }
+    for (; earlier > 0u; earlier--) {
+        left &= left - 1u;
+    }
+    var rays = select(0u, step.rays, surface.is_surface);
+    while rays > 0u && row < shape.sample_rows {
         begin_packet(start);
-        for (; unknown != 0u && waiting_count < 4u; unknown &= unknown - 1u) {
-            let sample = control.ranked[step.first_rank + firstTrailingBit(unknown)];
-            add_to_packet(start, sample, ray_to(start, light_sample_for(asked.pixel, sample)));
+        while rays > 0u && row < shape.sample_rows && waiting_count < 4u {
+            for (; rays > 0u && left != 0u && waiting_count < 4u; left &= left - 1u) {
+                let sample = shape.columns * row + firstTrailingBit(left);
+                let ray = ray_to(start, light_sample_for(asked.pixel, sample));
+                if can_see(start, ray) {
+                    add_to_packet(start, sample, ray);
+                }
+                rays -= 1u;
+            }
+            while left == 0u && row < shape.sample_rows {
+                row += 1u;
+                left = left_in(asked.tile, row, lane);
+            }
         }
         let is_open = open_segments(packet);
-        for (var i = 0u; i < 4u; i++) {
+        for (var i = 0u; i < waiting_count; i++) {
             let place = place_of(asked.tile, lane, waiting[i]);
             masks[place.word] |= select(0u, place.bit, is_open[i]);
         }

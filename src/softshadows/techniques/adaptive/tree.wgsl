@@ -112,6 +112,11 @@ fn mask_index(tile: u32, word: u32, lane: u32) -> u32 {
     return (tile * mask_words() + word) * PIXELS + lane;
 }
 
+// Where, in place of a tile, it is remembered which samples the maps were not certain about.
+fn unknown_by(tile: u32) -> u32 {
+    return tile_count() + tile;
+}
+
 fn mask_words() -> u32 {
     return (shape.sample_rows + 1u) / 2u + 1u;
 }
