@@ -47,10 +47,18 @@ def test_a_small_run() -> None:
     assert figures["farthest_from_edge"] is None
     by_label = {result.label: result.figures for result in measurement.results}
     assert len(by_label) == len(rays.TECHNIQUES)
-    assert by_label["uniform:grid=5:visibility=ray"]["lookups"] == 25.0
+    uniform, hybrid = (
+        by_label["uniform:grid=9:visibility=ray"],
+        by_label["uniform:grid=9:visibility=hybrid:resolution=512"],
+    )
+    assert uniform["lookups"] == hybrid["lookups"] == 81.0
+    assert hybrid["rmse_over_rays"] == pytest.approx(hybrid["rmse_truth"] / uniform["rmse_truth"])
+    assert hybrid["time_over_rays"] == pytest.approx(hybrid["kept"]["wall_ms"] / uniform["kept"]["wall_ms"])
+    receivers = int(measurement.reference.mask.sum())
     for each in by_label.values():
-        assert each["redrawn"]["wall_ms"] > 0.0
-        assert each["kept"]["wall_ms"] > 0.0
+        cast_ms = 1e3 * each["equal_rays"] * receivers / figures["embree_per_second"]
+        dynamic = (figures["embree_build_ms"] + cast_ms) / each["redrawn"]["wall_ms"]
+        assert each["dynamic_ratio"] == pytest.approx(dynamic)
         assert 0.0 < each["rmse_truth"] < 0.1
     data = json.loads(json.dumps(results([measurement], suite="rays"), allow_nan=False))
     page, _ = benchmarks_page([data])

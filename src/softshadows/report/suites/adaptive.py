@@ -226,14 +226,22 @@ def render_in_turns(
     notice: Notice,
     modes: Sequence[str] = (REDRAWN, KEPT),
     keeps: Callable[[Technique], bool] = lambda technique: getattr(technique, "resolution", None) != "auto",
+    *,
+    moves_scene: bool = False,
 ) -> tuple[list[Run], list[str]]:
     """Every technique's frames, timed in the modes in turns, those that it `keeps` in both; and in sentences which
-    techniques could not run."""
+    techniques could not run.
+
+    With `moves_scene` the node with the most triangles moves with the lights before every redrawn frame.
+    """
     runs: list[Run] = []
     failed: list[str] = []
     lights, right = list(shot.scene.lights), np.array(shot.camera.axes[0])
     with ExitStack() as stack:
         stack.callback(lambda: setattr(shot.scene, "lights", lights))
+        node = max(shot.scene.nodes, key=lambda node: len(node.mesh.triangles)) if moves_scene else None
+        if node is not None:
+            stack.callback(setattr, node, "transform", node.transform)
         for technique in techniques:
             notice(f"{label_of(technique)}, first frame", 0.0)
             try:
@@ -247,6 +255,8 @@ def render_in_turns(
         for turn in range(1, settings.repeats + 1):
             notice(f"all redrawn, frame {turn} of {settings.repeats}", 0.5 * turn / (settings.repeats + 1))
             shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
+            if node is not None:
+                node.transform = _along_x(LIGHT_STEP) @ node.transform
             for run in runs:
                 run.render(REDRAWN, shot.camera)
         keeping = [run for run in runs if keeps(run.technique)]
@@ -257,6 +267,13 @@ def render_in_turns(
             for run in keeping:
                 run.render(KEPT if turn > SETTLING else SETTLED, camera)
     return runs, failed
+
+
+def _along_x(metres: float) -> npt.NDArray[np.float64]:
+    """(4, 4): a shift of the world."""
+    matrix = np.eye(4)
+    matrix[0, 3] = metres
+    return matrix
 
 
 def _shifted(camera: Camera, by: npt.NDArray[np.float64]) -> Camera:

@@ -1,4 +1,4 @@
-"""Rays on the GPU: as fast as Embree's and the same answers? And maps, rays and both in the adaptive tree.
+"""Rays on the GPU: as fast as Embree's and the same answers? And rays alone, or only where maps are not certain.
 
 Pictures: where $SOFTSHADOWS_SCENES is set real scenes under rectangle and line lights, else built-in ones; then hills
 of 10⁴ and 10⁵ triangles, for which trees are built. (10⁶: `time_tree(terrain(1_000_000), "gpu")` of tree_times.py.)
@@ -7,6 +7,7 @@ A picture's figures, from the same stratified shadow rays by Embree and the GPU,
 
 segments                       how many
 embree_per_second              on all cores, called from numpy
+embree_build_ms                its acceleration structure, from triangles in world space
 gpu_per_second                 with the answers' way back
 ratio                          of the two
 disagreeing                    rays with another answer
@@ -16,11 +17,15 @@ cpu_build_ms, gpu_build_ms     a tree's shape and boxes (hills)
 cpu_refit_ms                   the boxes alone (hills)
 rays                           samples, rmse and seconds of stratified rays by Embree
 
-A technique's, timed as in `adaptive.py`, but with maps of any resolution kept if they can be:
+A technique's, timed as in `adaptive.py`, `uniform` alone with maps kept; before a redrawn frame the node with the most
+triangles moves too, so that trees are fitted and everything is dynamic:
 
 lookups                        per pixel: rays, or looks into maps, or both
 rmse_truth, penumbra_rmse_truth, equal_rays, equal_rays_bound, ray_time_ratio_redrawn, _kept, redrawn, kept
                                see adaptive.py
+dynamic_ratio                  Embree's time to build and to cast equal_rays, none of them made in it, over a redrawn
+                               frame's, which begins with the scene's nodes and ends with a picture read back
+rmse_over_rays, time_over_rays hybrid's error and kept time over those of the same technique by rays alone
 """
 
 from __future__ import annotations
@@ -34,8 +39,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from softshadows.report.measure import Measurement, Notice, measure_each, yardstick
-from softshadows.report.suites.adaptive import FacingSurfaces, render_in_turns, result_beside_rays, trace
+from softshadows.report.measure import Measurement, Notice, Result, measure_each, yardstick
+from softshadows.report.suites.adaptive import KEPT, REDRAWN, FacingSurfaces, render_in_turns, result_beside_rays, trace
 from softshadows.report.suites.baselines import real_shots
 from softshadows.report.tree_times import terrain, time_tree
 from softshadows.scene.camera import Camera
@@ -54,13 +59,25 @@ if TYPE_CHECKING:
 SIZE = (256, 192)
 """So that it takes minutes on two cores without a GPU; `--size 512x384 --repeats 1` takes twice as long."""
 BUILTIN = ("figures", "leaves")
-SHOTS = ("scorpion", "sponza_near", "bike_near", "classroom", "chair_line", "classroom_tube")
+SHOTS = (
+    "scorpion",
+    "body",
+    "bike",
+    "bike_near",
+    "sponza",
+    "sponza_near",
+    "classroom",
+    "chair_line",
+    "classroom_tube",
+)
 HILLS = (10_000, 100_000)
+MAP = 512
+"""Texels along a side of hybrid's maps: of fixed size they are kept, and all lie in the atlas."""
 TECHNIQUES: tuple[Technique, ...] = (
-    Adaptive(),
     Adaptive(visibility="ray"),
-    Adaptive(visibility="hybrid"),
-    Uniform(visibility="ray", grid=5),
+    Adaptive(visibility="ray", max_depth=2, offsets="stratified", denoise=True),
+    Uniform(visibility="ray", grid=9),
+    Uniform(visibility="hybrid", grid=9, resolution=MAP),
 )
 RAYS = (4, 16, 36, 64, 144, 256)
 """Per pixel: the errors of the techniques lie among theirs."""
@@ -130,16 +147,37 @@ def measure_view(view: View, settings: Settings, notice: Notice, segments: int =
         view.techniques,
         replace(settings, folder=None),
         lambda doing, share: notice(doing, 0.4 + 0.6 * share),
-        keeps=lambda technique: True,
+        keeps=lambda technique: technique.name == "uniform",
+        moves_scene=True,
     )
     results = [result_beside_rays(run, held, rays) for run in runs]
+    receivers = int(np.count_nonzero(held.reference.mask))
+    for result in results:
+        cast_ms = 1e3 * result.figures["equal_rays"] * receivers / figures["embree_per_second"]
+        dynamic_ms = figures["embree_build_ms"] + cast_ms
+        result.figures["dynamic_ratio"] = dynamic_ms / result.figures[REDRAWN]["wall_ms"]
+    _hold_against_rays(results)
     return Measurement(shot, held.reference, results, skipped, {**figures, "rays": rays.series})
+
+
+def _hold_against_rays(results: Sequence[Result]) -> None:
+    """Give hybrid techniques their figures over rays alone."""
+    figures = {result.technique: result.figures for result in results}
+    for technique, own in figures.items():
+        if getattr(technique, "visibility", None) == "hybrid":
+            rays = figures.get(replace(technique, visibility="ray", resolution="auto"))  # type: ignore[call-arg]
+            if rays is not None:
+                own["rmse_over_rays"] = own["rmse_truth"] / rays["rmse_truth"]
+                own["time_over_rays"] = own[KEPT]["wall_ms"] / rays[KEPT]["wall_ms"]
 
 
 def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any]:
     """At least so many shadow rays of a frame, by Embree and by the GPU in turns."""
     geometry, receivers = flatten(shot.scene), Receivers.of(frame)
-    embree, gpu = Occluders(geometry), GpuOccluders(geometry)
+    started = time.perf_counter()
+    embree = Occluders(geometry)
+    build_seconds = time.perf_counter() - started
+    gpu = GpuOccluders(geometry)
     count = embree_seconds = 0.0
     disagreeing: list[Segments] = []
     with ThreadPoolExecutor(processors()) as pool:
@@ -157,6 +195,7 @@ def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any
     distances = [_distance_to_change(embree, each) for some in disagreeing for each in _split(some, len(some.start))]
     return {
         "segments": int(count),
+        "embree_build_ms": 1e3 * build_seconds,
         "embree_per_second": count / embree_seconds,
         "gpu_per_second": count / gpu.seconds,
         "ratio": embree_seconds / gpu.seconds,
