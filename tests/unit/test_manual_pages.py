@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from softshadows.techniques import TECHNIQUES
+from softshadows.techniques.base import numbers_of
 from softshadows.techniques.manual import HEADINGS, manual, section, sentence, summary
 
 TAG = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?(?: [^\]]+)?)\]")
@@ -82,4 +83,5 @@ def test_options_say_what_they_do(name: str) -> None:
         meta = option.metadata
         assert meta["choices"] or meta["low"] > float("-inf"), f"{option.name} has no limits"
         legal = option.default in (*meta["choices"], meta["or_word"])
-        assert legal or meta["low"] <= option.default <= meta["high"]
+        numbers = numbers_of(option.default) if meta["is_table"] else [option.default]
+        assert legal or all(meta["low"] <= number <= meta["high"] for number in numbers)

@@ -30,15 +30,23 @@ def option(
     low: float = -math.inf,
     high: float = math.inf,
     or_word: str | None = None,
+    is_table: bool = False,
 ) -> Any:
     """A technique's option: its default, what it does, and its legal values.
 
     Either one of `choices`, or a number of the default's type in [low, high], or the word `or_word`. A default that is
-    itself `or_word` means whole numbers.
+    itself `or_word` means whole numbers. With `is_table` two or more numbers, as text with spaces between them.
     """
     return field(
         default=default,
-        metadata={"help": help, "choices": tuple(choices), "low": low, "high": high, "or_word": or_word},
+        metadata={
+            "help": help,
+            "choices": tuple(choices),
+            "low": low,
+            "high": high,
+            "or_word": or_word,
+            "is_table": is_table,
+        },
     )
 
 
@@ -48,10 +56,20 @@ def legal_values(option_field: Field) -> str:
     if meta["choices"]:
         return "one of " + ", ".join(str(choice) for choice in meta["choices"])
     kind = "a number" if isinstance(option_field.default, float) else "a whole number"
+    if meta["is_table"]:
+        kind = "two or more numbers, with spaces between them, each"
     interval = (
         f"from {meta['low']:.9g} to {meta['high']:.9g}" if meta["high"] < math.inf else f"of at least {meta['low']:.9g}"
     )
     return f"{kind} {interval}" + (f", or {meta['or_word']}" if meta["or_word"] else "")
+
+
+def numbers_of(table: Any) -> list[float]:
+    """The numbers of a table, given as text or one by one. Raises ValueError for anything else."""
+    try:
+        return [float(number) for number in (table.split() if isinstance(table, str) else table)]
+    except TypeError:
+        raise ValueError(f"not a table of numbers: {table!r}") from None
 
 
 def _parse(option_field: Field, value: Any, owner: str) -> Any:
@@ -66,6 +84,14 @@ def _parse(option_field: Field, value: Any, owner: str) -> Any:
         raise error
     if meta["or_word"] is not None and value == meta["or_word"]:
         return value
+    if meta["is_table"]:
+        try:
+            numbers = numbers_of(value)
+        except ValueError:
+            raise error from None
+        if len(numbers) < 2 or not all(meta["low"] <= number <= meta["high"] for number in numbers):
+            raise error
+        return " ".join(f"{number:.9g}" for number in numbers)
     kind = float if isinstance(option_field.default, float) else int
     if isinstance(value, bool) or not isinstance(value, (int, float, str)):
         raise error

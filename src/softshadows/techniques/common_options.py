@@ -23,3 +23,13 @@ def bias_option() -> Any:
 def budget_option(holding: str) -> Any:
     """`memory_budget: int`, of which `holding` says for what."""
     return option(default=DEFAULT_MEMORY_BUDGET, help=f"MiB for {holding}", low=1, high=65536)
+
+
+def shading_option() -> Any:
+    """`shading: str`, of line lights (passes/line_maps/ends.wgsl)."""
+    return option(
+        default="whole",
+        help="how visible parts of the light are weighed: alike, or by the illumination at the ends of their segment, "
+        "as in the paper",
+        choices=("whole", "ends"),
+    )

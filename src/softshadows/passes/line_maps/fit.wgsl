@@ -294,7 +294,7 @@ fn place_bands(sample: u32, columns: u32) {
         left[column] += 1.0;
     }
     let tile = f32(light.tile_size);
-    let width = floor(tile / f32(columns));
+    let width = 2.0 * floor(0.5 * tile / f32(columns));  // even: a technique may keep texels by twos
     let first = vec2f(vec2u(sample % light.tiles_per_row, sample / light.tiles_per_row) * light.tile_size);
     let smallest = BAND_SHARE * tile;
     let rests = tile - smallest * vec2f(left[0], left[1]);

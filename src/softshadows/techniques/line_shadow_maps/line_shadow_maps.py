@@ -6,12 +6,12 @@ Paper
 
 Section map
     [Heidrich2000 §3]      shade(): hard tests weighed by visibility channels  -> visibility.wgsl cs_visibility()
+    [Heidrich2000 §3]      and by the samples' illumination, `shading="ends"`  -> visibility.wgsl segment_shares()
     [Heidrich2000 §3.2]    skins across depth discontinuities                  -> skins.wgsl cs_find() add_skin()
     [Heidrich2000 §3.2]    skins warped into the other map                     -> channels.wgsl vs_skin() fs_skin()
     [Heidrich2000 Eq. 1]   the exact transition across a penumbra              -> channels.wgsl rational_share()
     [Heidrich2000 §3.3]    more samples, a light for every two neighbours      -> visibility.wgsl cs_visibility()
     [Heidrich2000 §4]      3×3 Laplacian of Gaussian                           -> skins.wgsl laplacian()
-    [Heidrich2000 §4]      a triangular light as three lines                   -> scene/lights.py LineLight.outline()
 
 Departures from the paper
     `LineShadowMaps.preset("paper")` undoes the first four. Measured: docs/decisions/0013-line-shadow-maps.md.
@@ -31,7 +31,8 @@ Departures from the paper
     - Of overlapping skins the least share counts; skins are drawn only into the map that looks behind their edge. In
       the other they would be hidden behind the occluder.
     - Visibility is the sum of the channels, without the illumination at each end: lighting multiplies it with
-      the unshadowed radiance of the whole line.
+      the unshadowed radiance of the whole line. `shading="ends"` weighs the channels as the paper does, over the same
+      sum for the whole light, and no brighter than that: an end that alone sees a point stands for all that is seen.
 
 Use when
     the light is a line, and its soft shadow has to come from few maps.
@@ -60,8 +61,8 @@ from softshadows.gpu.commands import Commands
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
 from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, SoftMapOptions, SoftMaps
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
 
 
 class LineShadowMaps(Technique):
@@ -102,16 +103,13 @@ class LineShadowMaps(Technique):
         help="light that neither end of a segment sees: looked for along the maps' rows, or none, as in the paper",
         choices=("rows", "none"),
     )
+    shading: str = shading_option()
     threshold: float = option(
         default=1.0, help="the least depth of a discontinuity, in texels of its distance", low=0.1, high=1000.0
     )
-    resolution: int | str = option(
-        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
-    memory_budget: int = option(
-        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their channels", low=1, high=65536
-    )
+    resolution: int | str = resolution_option("auto")
+    bias_scale: float = bias_option()
+    memory_budget: int = budget_option("the maps and their channels")
 
     def build(self, context: RenderContext) -> TechniquePass:
         return LineShadowMapsPass(context, self)
@@ -161,6 +159,7 @@ class LineShadowMapsPass(TechniquePass):
             is_rational=technique.transition == "rational",
             both_ends_see_all=technique.seen_by_both == "all",
             looks_for_gaps=technique.gaps == "rows",
+            by_ends=technique.shading == "ends",
             threshold_texels=technique.threshold,
             resolution=technique.resolution,
             bias_scale=technique.bias_scale,

@@ -80,6 +80,7 @@ class SoftMapOptions:
     is_rational: bool
     both_ends_see_all: bool
     looks_for_gaps: bool
+    by_ends: bool
     threshold_texels: float
     resolution: int | str
     bias_scale: float
@@ -168,6 +169,7 @@ class SoftMaps:
             },
             both_ends_see_all=options.both_ends_see_all,
             looks_for_gaps=options.looks_for_gaps,
+            by_ends=options.by_ends,
         )
 
     def _bind_halving(self, halving: Halving) -> tuple[dict[int, wgpu.GPUBindGroup], dict[int, wgpu.GPUBindGroup]]:

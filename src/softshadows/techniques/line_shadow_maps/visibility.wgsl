@@ -2,6 +2,7 @@
 
 //#include "receiver.wgsl"
 //#include "../../passes/line_maps/line_map.wgsl"
+//#include "../../passes/line_maps/ends.wgsl"
 //#include "pixel.wgsl"
 //#include "control.wgsl"
 //#include "gaps.wgsl"
@@ -45,21 +46,21 @@ fn nearest_beside(sample: u32, sight: Sight) -> f32 {
     return nearest_in_row[first_row(sample) + row_number(sight.view, covering_texel(sight).y)];
 }
 
-// The share of the segment between two neighbouring samples.
-fn segment_share(sample: u32, next: u32, start: Seen, end: Seen) -> f32 {
+// The shares of the segment between two neighbouring samples that count for one and for the other; their sum is visible.
+fn segment_shares(sample: u32, next: u32, start: Seen, end: Seen) -> vec2f {
     let shares = vec2f(start.after, end.before);
     let are_untouched = shares == vec2f(UNTOUCHED);
     if all(are_untouched) || (both_ends_see_all && start.is_lit && end.is_lit) {
-        return 1.0;
+        return vec2f(HALF);
     }
     if !looks_for_gaps || !is_rectified(start.sight) || !is_rectified(end.sight) {
-        return dot(select(shares, vec2f(HALF), are_untouched), vec2f(1.0));
+        return select(shares, vec2f(HALF), are_untouched);
     }
     let length = light_samples[next].x - light_samples[sample].x;
     let nearest = vec2f(nearest_beside(sample, start.sight), nearest_beside(next, end.sight));
     let known = select(shares, vec2f(0.0), are_untouched);
     let unknown_weight = select(0.0, HALF, any(are_untouched));
-    return dot(known, vec2f(1.0)) + share_between(start.sight, end.sight, length, known, nearest, unknown_weight);
+    return known + HALF * share_between(start.sight, end.sight, length, known, nearest, unknown_weight);
 }
 
 @compute @workgroup_size(8, 8)
@@ -73,20 +74,21 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     // [Heidrich2000 §3.3] Segments between neighbouring samples are lights of their own.
-    var sum = 0.0;
+    var shading: Shading;
     var is_overfull = false;
     var sample = 0u;
     var start = look(0u, pixel.receiver);
     while sample + 1u < light.sample_count {
         let next = sample_after(control.samples, sample);
         let end = look(next, pixel.receiver);
-        let share = segment_share(sample, next, start, end);
+        let shares = segment_shares(sample, next, start, end);
+        let share = shares.x + shares.y;
         is_overfull |= share > OVERFULL;
-        sum += min(share, 1.0) * f32(next - sample);
+        shading = with_segment(shading, sample, next, pixel.receiver, shares / max(share, 1.0), vec2f(HALF));
         sample = next;
         start = end;
     }
-    visibility[pixel.index] = sum / f32(light.sample_count - 1u);
+    visibility[pixel.index] = visibility_of(shading);
     if is_overfull {
         atomicAdd(&report[CLAMPED], 1u);
     }

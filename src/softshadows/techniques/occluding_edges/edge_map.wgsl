@@ -1,8 +1,8 @@
 // The edge map: for every texel of a line light's rectified maps, the edges that hide a part of the light from it.
 //
-// In the low half of the word for the segment of the light after the map's sample, in the high half for the one before. A half
-// holds 0 where the texel's order is kept, and else 1 + the edge's column in its view, with EDGE_JUMPS where the map jumps in
-// depth beside the edge.
+// Entries are half words. A view's rows hold those of the segment after the map's sample, two columns a word, and then those of
+// the segment before it. An entry is 0 where the texel's order is kept, and else 1 + the edge's column in its view, with
+// EDGE_JUMPS where the map jumps in depth beside the edge.
 
 //#include "../../passes/line_maps/line_map.wgsl"
 
@@ -17,8 +17,14 @@ fn direction(side: u32) -> f32 {
     return select(1.0, -1.0, side == BEFORE);
 }
 
-fn entry_of(word: u32, side: u32) -> u32 {
-    return select(word & 0xffffu, word >> 16u, side == BEFORE);
+// Where in the edge map the word lies that holds a texel's entry.
+fn entry_word(view: ShadowView, texel: vec2u, side: u32) -> vec2u {
+    let words = (view.size.x + 1u) / 2u;
+    return view.origin + vec2u(texel.x / 2u + side * words, texel.y);
+}
+
+fn entry_in(word: u32, column: u32) -> u32 {
+    return extractBits(word, 16u * (column % 2u), 16u);
 }
 
 // Is there a segment of the light on this side of the sample? And how long is it, in metres?
@@ -31,9 +37,9 @@ fn segment_length(sample: u32, side: u32) -> f32 {
     return abs(light_samples[neighbor].x - light_samples[sample].x);
 }
 
-// Columns of a cell of a row.
+// Columns of a cell of a row: whole words of the edge map.
 fn cell_width(view: u32) -> u32 {
-    return (shadow_views[view].size.x + CELLS - 1u) / CELLS;
+    return 2u * ((shadow_views[view].size.x + 2u * CELLS - 1u) / (2u * CELLS));
 }
 
 // The first cell of a row, where the rows of all faces of all samples follow each other.

@@ -2,13 +2,16 @@
 
 //#include "receiver.wgsl"
 //#include "edge_map.wgsl"
+//#include "../../passes/line_maps/ends.wgsl"
 //#include "share.wgsl"
+//#include "influence.wgsl"
 //#include "search.wgsl"
 //#include "pixel.wgsl"
 
 @group(3) @binding(0) var edge_map: texture_2d<u32>;
 @group(3) @binding(1) var<storage, read> cells: array<f32>;  // the greatest closeness in each cell of every row
 @group(3) @binding(2) var<storage, read_write> visibility: array<f32>;
+@group(3) @binding(3) var<storage, read> influence: array<vec2f>;  // f at even places along a segment, its integral up to there
 
 override penumbra: u32;              // how fragments are found to lie in one: BY_TEXTURE as in the paper, BY_SIGHT, BY_SEARCH
 override edge_rows: u32;             // that are interpolated: 1 for none, 2 as in the paper, 4
@@ -74,6 +77,10 @@ fn share_before(entry: u32, look: Look, row: u32, side: u32) -> f32 {
     return visible_share(ahead, edge_closeness - look.closeness, segment_length(look.sample, side));
 }
 
+fn edge_entry(view: ShadowView, texel: vec2u, side: u32) -> u32 {
+    return entry_in(textureLoad(edge_map, entry_word(view, texel, side), 0).x, texel.x);
+}
+
 // What the edge at the texel of the fragment, or `beside` it, leaves of the segment.
 fn lit_part(look: Look, side: u32, beside: i32) -> Part {
     let view = shadow_views[look.view];
@@ -83,9 +90,10 @@ fn lit_part(look: Look, side: u32, beside: i32) -> Part {
     let weights = row_weights(fract(look.texel.y));
     var weight = 0.0;
     var share = 0.0;
-    for (var i = 0; i < 4; i++) {
+    let unused = select(1, 0, edge_rows == 4u);  // rows before and after
+    for (var i = unused; i < 4 - unused; i++) {
         let row = u32(clamp(first_row + i, 0, last.y));
-        let entry = entry_of(textureLoad(edge_map, view.origin + vec2u(u32(column), row), 0).x, side);
+        let entry = edge_entry(view, vec2u(u32(column), row), side);
         if weights[i] > 0.0 && entry != NO_EDGE {
             weight += weights[i];
             share += weights[i] * share_before(entry, look, row, side);
@@ -94,49 +102,18 @@ fn lit_part(look: Look, side: u32, beside: i32) -> Part {
     return Part(weight > 0.0, select(1.0, share / max(weight, 1e-6), weight > 0.0));
 }
 
-// For a fragment that only one end sees. Where its texel has no edge it lies within a texel of an end of the penumbra.
-fn seen_share(look: Look, side: u32) -> f32 {
-    let own = lit_part(look, side, 0);
-    if own.found {
-        return own.share;
-    }
-    let onward = lit_part(look, side, 1);
-    let back = lit_part(look, side, -1);
-    if onward.found && back.found {
-        return 0.5 * (onward.share + back.share);
-    }
-    return select(back.share, onward.share, onward.found);
-}
-
 fn has_edge(look: Look, side: u32) -> bool {
     let size = vec2f(shadow_views[look.view].size);
     let texel = vec2u(clamp(round(look.texel), vec2f(0.0), size - 1.0));
-    return entry_of(textureLoad(edge_map, shadow_views[look.view].origin + texel, 0).x, side) != NO_EDGE;
+    return edge_entry(shadow_views[look.view], texel, side) != NO_EDGE;
 }
 
 // What the segment's ends see of each other's blind spots. Edges tell where there is something to be found.
-fn searched_visibility(first: Look, second: Look) -> f32 {
+fn searched_influence(first: Look, second: Look) -> vec2f {
     if first.lit && second.lit && !has_edge(first, AFTER) && !has_edge(second, BEFORE) {
-        return 1.0;
+        return influence_between(0.0, 1.0);
     }
-    return share_of_rest(
-        hidden_parts(first, AFTER),
-        from_other_end(hidden_parts(second, BEFORE)),
-    );
-}
-
-// Only what a sample sees lies in its penumbrae.
-fn seen_visibility(first: Look, second: Look) -> f32 {
-    if first.lit && second.lit {
-        return share_in_either(lit_part(first, AFTER, 0).share, lit_part(second, BEFORE, 0).share);
-    }
-    if first.lit {
-        return seen_share(first, AFTER);
-    }
-    if second.lit {
-        return seen_share(second, BEFORE);
-    }
-    return 0.0;
+    return influence_of_rest(hidden_parts(first, AFTER) | from_other_end(hidden_parts(second, BEFORE)));
 }
 
 // Does the sample at the segment's other end see what this sample's map shows at the fragment's texel? Then its map has much the
@@ -153,31 +130,66 @@ fn other_sees_texel(look: Look, other: Look, side: u32) -> bool {
     return (there - closeness) * reach <= SEEN_TEXELS;
 }
 
-// [Reimann2016 §3.4 substep 4.1] What lies at a penumbra's texel is in that penumbra, seen or not. A penumbra is what only one
-// sample sees.
-fn textured_visibility(first: Look, second: Look) -> f32 {
-    if first.lit || second.lit {
-        return select(seen_visibility(first, second), 1.0, first.lit && second.lit);
+// What the edge leaves of the segment from this end. For a fragment that only this end sees, `is_alone`, whose texel has no
+// edge, one of the texels beside it does: it lies within a texel of an end of the penumbra.
+fn part_from(look: Look, side: u32, is_alone: bool) -> Part {
+    let part = lit_part(look, side, 0);
+    var shares = 0.0;
+    var count = 0.0;
+    for (var beside = select(2, -1, is_alone && !part.found); beside <= 1; beside += 2) {
+        let other = lit_part(look, side, beside);
+        shares += select(0.0, other.share, other.found);
+        count += select(0.0, 1.0, other.found);
     }
-    var from_first = lit_part(first, AFTER, 0);
-    var from_second = lit_part(second, BEFORE, 0);
-    from_first.found = from_first.found && !other_sees_texel(first, second, AFTER);
-    from_second.found = from_second.found && !other_sees_texel(second, first, BEFORE);
-    if !from_first.found && !from_second.found {
-        return 0.0;
-    }
-    return share_in_both(select(1.0, from_first.share, from_first.found), select(1.0, from_second.share, from_second.found));
+    return Part(part.found || count > 0.0, select(part.share, shares / max(count, 1.0), count > 0.0));
 }
 
-fn segment_visibility(first: Look, second: Look) -> f32 {
+// [Reimann2016 §3.4 substep 4.4] Merging, which the paper leaves open: lit up to one edge from one end and up to another from the
+// other. What a fragment sees that both ends see is what either edge leaves: between them something hides the middle. What it
+// sees that neither end does is what both leave.
+fn merged_influence(first_is_lit: bool, second_is_lit: bool, shares: vec2f) -> vec2f {
+    if first_is_lit && second_is_lit {
+        return influence_between(0.0, 1.0) - influence_between(shares.x, 1.0 - shares.y);
+    }
+    let low = select(1.0 - shares.y, 0.0, first_is_lit);
+    let high = select(shares.x, 1.0, second_is_lit);
+    return influence_between(low, high);
+}
+
+// [Reimann2016 §3.4 substep 4.1] What lies at a penumbra's texel is in that penumbra: with `BY_TEXTURE` seen or not, as long as
+// only one sample sees it; with `BY_SIGHT` only if it is seen. The two ends take their turns in a loop, which a fragment
+// that has no use for them skips.
+fn edge_influence(first: Look, second: Look) -> vec2f {
+    let seen = u32(first.lit) + u32(second.lit);
+    let is_looked_up = select(seen > 0u, seen < 2u, penumbra == BY_TEXTURE);
+    var shares = vec2f(1.0);
+    var is_found = false;
+    for (var side = select(2u, AFTER, is_looked_up); side <= BEFORE; side++) {
+        var look = first;
+        var other = second;
+        if side == BEFORE {
+            look = second;
+            other = first;
+        }
+        for (var turns = select(1u, 0u, seen > 0u && !look.lit); turns > 0u; turns--) {
+            let part = part_from(look, side, seen == 1u);
+            if seen > 0u || (part.found && !other_sees_texel(look, other, side)) {
+                shares[side] = part.share;
+                is_found = true;
+            }
+        }
+    }
+    return merged_influence(first.lit, second.lit, select(vec2f(0.0), shares, seen > 0u || is_found));
+}
+
+fn segment_influence(first: Look, second: Look) -> vec2f {
     if !first.rectified || !second.rectified || light.half_width == 0.0 {
-        return 0.5 * (select(0.0, 1.0, first.lit) + select(0.0, 1.0, second.lit));
+        return influence_between(select(0.5, 0.0, first.lit), select(0.5, 1.0, second.lit));  // each end its half
     }
-    switch penumbra {
-        case BY_TEXTURE: { return textured_visibility(first, second); }
-        case BY_SIGHT: { return seen_visibility(first, second); }
-        default: { return searched_visibility(first, second); }
+    if penumbra == BY_SEARCH {
+        return searched_influence(first, second);
     }
+    return edge_influence(first, second);
 }
 
 @compute @workgroup_size(8, 8)
@@ -187,14 +199,17 @@ fn cs_lighting(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var before = look_from(0u, pixel.receiver);
-    var visible = select(0.0, 1.0, before.lit);
-    if light.sample_count > 1u {
-        visible = 0.0;
+    if light.sample_count == 1u {
+        visibility[pixel.index] = select(0.0, 1.0, before.lit);
+        return;
     }
+    let whole = influence_between(0.0, 1.0);
+    var shading: Shading;
     for (var sample = 1u; sample < light.sample_count; sample++) {
         let here = look_from(sample, pixel.receiver);
-        visible += segment_visibility(before, here);
+        let lit = segment_influence(before, here);
+        shading = with_segment(shading, sample - 1u, sample, pixel.receiver, lit, whole);
         before = here;
     }
-    visibility[pixel.index] = visible / f32(max(light.sample_count, 2u) - 1u);
+    visibility[pixel.index] = visibility_of(shading);
 }

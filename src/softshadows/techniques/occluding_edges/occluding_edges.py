@@ -4,14 +4,15 @@ Paper
     [Reimann2016]  Reimann, Dreier, "Occluding Edges Soft Shadows", GRAPP 2016.
 
 Section map
-    [Reimann2016 §3.1]              a texel's place in the other map          -> outreach.wgsl place()
+    [Reimann2016 §3.1]              a texel's place in the other map          -> outreach.wgsl load_texel()
     [Reimann2016 §3.2 strategy 1]   edges where a surface turns away          -> outreach.wgsl is_edge_by_tilt()
     [Reimann2016 §3.2 strategy 2]   edges where the order of texels breaks    -> outreach.wgsl is_edge_by_order()
     [Reimann2016 §3.3]              an edge for every texel in its penumbra   -> outreach.wgsl walk()
-    [Reimann2016 §3.4 substep 4.1]  umbra, penumbra or light                  -> lighting.wgsl textured_visibility()
+    [Reimann2016 §3.4 substep 4.1]  umbra, penumbra or light                  -> lighting.wgsl edge_influence()
     [Reimann2016 §3.4 substep 4.2]  edges interpolated between rows           -> lighting.wgsl row_weights()
     [Reimann2016 §3.4 substep 4.3]  the visible share of the light            -> share.wgsl visible_share()
-    [Reimann2016 §3.4 substep 4.4]  two edges merged                          -> share.wgsl share_in_both()
+    [Reimann2016 §3.4 substep 4.3]  the influence of the light's two ends     -> influence.wgsl influence_between()
+    [Reimann2016 §3.4 substep 4.4]  two edges merged                          -> lighting.wgsl merged_influence()
 
 Departures from the paper
     - `penumbra="searched"` is the default: the edges only tell where to look, and everything along the row of the map
@@ -30,8 +31,10 @@ Departures from the paper
       `rows=4` smooths them by a cubic B-spline; the paper has `rows=2`. A search interpolates over the
       segments, whose maps differ by parts of a row.
     - An edge beside a jump in depth lies between the two texels, not in the nearer one's middle.
-    - Visibility only: the frame is lit by the whole light's unshadowed radiance times it, not by the two ends' (the
-      influence function f, substep 4.3, changes how a visible part is shared among them, not how large it is).
+    - `shading="whole"`: the frame is lit by the whole light's unshadowed radiance times the visible share.
+      `shading="ends"` weighs the visible parts by the illumination at both ends of their segment, as the paper does,
+      over the same sum for the whole segment. `influence` is the paper's function f, which it leaves linear: a table of
+      it at even places along a segment, what it gives the far end of what is visible there.
 
 Use when
     the light is a line: for the accuracy of five maps here, `uniform` needs from 13 (shot `classroom_tube`) to more
@@ -53,6 +56,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import ClassVar
 
+import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
@@ -62,8 +66,8 @@ from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState,
 from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, numbers_of, option
+from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
 
 _HERE = Path(__file__).parent
 _STRUCTS = (FrameUniforms, LineState, Chunk, *SHADOW_STRUCTS)
@@ -104,13 +108,17 @@ class OccludingEdges(Technique):
         choices=PENUMBRAE,
     )
     rows: int = option(default=4, help="rows of the maps that an edge is interpolated over", choices=(1, 2, 4))
-    resolution: int | str = option(
-        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
+    shading: str = shading_option()
+    influence: str = option(
+        default="0 1",
+        help="of a segment's far end on what lies between its ends, with shading ends: a table from end to end",
+        low=0.0,
+        high=1.0,
+        is_table=True,
     )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
-    memory_budget: int = option(
-        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps and their edges", low=1, high=65536
-    )
+    resolution: int | str = resolution_option("auto")
+    bias_scale: float = bias_option()
+    memory_budget: int = budget_option("the maps and their edges")
 
     def build(self, context: RenderContext) -> TechniquePass:
         return OccludingEdgesPass(context, self)
@@ -146,9 +154,13 @@ class OccludingEdgesPass(TechniquePass):
             usage=wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
         )
         usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT
+        self._influence = gpu.device.create_buffer_with_data(
+            data=_with_integral(technique.influence).tobytes(), usage=wgpu.BufferUsage.STORAGE
+        )
         self._dispatch = gpu.device.create_buffer(size=16, usage=usage)
         self._cells = gpu.storage_buffer(4 * CELLS * COLUMNS * plan.tile * plan.samples, "the rows of the maps")
-        self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + self._dispatch.size + self._cells.size
+        buffers = (self._dispatch, self._cells, self._influence)
+        self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + sum(buffer.size for buffer in buffers)
         self._kernels = self._make_kernels()
         self._written: tuple[tuple[Light, ...], Geometry] | None = None
         self.lights: tuple[Light, ...] = ()
@@ -174,7 +186,8 @@ class OccludingEdgesPass(TechniquePass):
             ),
             "lighting": kernel(
                 "lighting",
-                {0: receivers, 2: maps, 3: {0: edges, 1: self._cells, 2: self._context.visibility}},
+                {0: receivers, 2: maps, 3: {0: edges, 1: self._cells, 2: self._context.visibility, 3: self._influence}},
+                by_ends=technique.shading == "ends",
                 penumbra=PENUMBRAE.index(technique.penumbra),
                 edge_rows=technique.rows,
             ),
@@ -206,3 +219,10 @@ class OccludingEdgesPass(TechniquePass):
                 self._kernels["lighting"].begin(compute)
                 compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
             commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
+
+
+def _with_integral(table: str) -> np.ndarray:
+    """(n, 2) float32: a table's numbers, of a function on [0, 1], and its integral up to each of their places."""
+    values = np.array(numbers_of(table))
+    steps = 0.5 * (values[1:] + values[:-1]) / (len(values) - 1)
+    return np.stack([values, np.concatenate([[0.0], np.cumsum(steps)])], axis=-1).astype(np.float32)

@@ -15,22 +15,26 @@ override uses_tilt: bool;
 override uses_order: bool;
 
 const LANES = CELLS;
-const WIDEST_CELL = 256u;  // columns: a row of 16384
-const BESIDE = 2u;         // columns that a cell knows of its neighbours
-const NO_COLUMN = -1.0;
 const OUT_OF_ROW = 3e38;
 const JUMP_TEXELS = 2.0;  // a surface that is seen less steeply than that moves less from texel to texel
 
-// What a lane walks: its columns, in a row of a view.
+// What a lane walks for the segment on one side: its columns, in a row of a view.
 struct Cell {
-    view: u32,
     row: u32,
     first: u32,
     end: u32,
+    side: u32,
+    reach: f32,  // texels of disparity per closeness
 };
 
-// The outermost edge passed so far: its place in the order seen from the segment's other end, its column, and whether the map
-// jumps beside it.
+// A texel's closeness, and [Reimann2016 §3.1] where its surface lies in the order seen from the segment's other end: walking
+// on, that gets less.
+struct Texel {
+    closeness: f32,
+    place: f32,
+};
+
+// The outermost edge passed so far: its place, its column, and whether the map jumps beside it.
 struct Passed {
     place: f32,
     entry: u32,
@@ -39,39 +43,12 @@ struct Passed {
 var<workgroup> passed_places: array<f32, LANES>;
 var<workgroup> passed_entries: array<u32, LANES>;
 
-var<private> closeness: array<f32, WIDEST_CELL + 2u * BESIDE>;
-var<private> entries: array<u32, WIDEST_CELL>;
-
-// A lane's cell in the row of that number, of all rows of a sample's faces.
-fn cell_of(number: u32, sample: u32, lane: u32) -> Cell {
-    let found = map_row(sample, number);
-    let width = shadow_views[found.view].size.x;
-    let first = min(lane * cell_width(found.view), width);
-    return Cell(found.view, found.row, first, min(first + cell_width(found.view), width));
-}
-
-// Load the cell and what is beside it; returns the greatest closeness in the cell.
-fn load_cell(cell: Cell) -> f32 {
-    let view = shadow_views[cell.view];
-    var greatest = 0.0;
-    for (var i = 0u; i < cell.end + 2u * BESIDE - cell.first; i++) {
-        let column = cell.first + i - BESIDE;  // wraps around before the row, and so lies beyond it
-        closeness[i] = NO_COLUMN;
-        if column < view.size.x {
-            closeness[i] = textureLoad(shadow_atlas, view.origin + vec2u(column, cell.row), 0) / light.depth_scale;
-            greatest = max(greatest, closeness[i]);
-        }
+fn load_texel(view: ShadowView, cell: Cell, column: i32) -> Texel {
+    if u32(column) >= view.size.x {  // or before the row, where it wraps around
+        return Texel(0.0, OUT_OF_ROW);
     }
-    return greatest;
-}
-
-// [Reimann2016 §3.1] Where a texel's surface lies in the order seen from the other end, `reach` texels of disparity
-// per closeness away: walking on, against `forth` along u, it gets less.
-fn place(i: u32, forth: f32, reach: f32) -> f32 {
-    if closeness[i] == NO_COLUMN {
-        return OUT_OF_ROW;
-    }
-    return forth * f32(i) - reach * closeness[i];
+    let closeness = textureLoad(shadow_atlas, view.origin + vec2u(u32(column), cell.row), 0) / light.depth_scale;
+    return Texel(closeness, direction(cell.side) * f32(column) - cell.reach * closeness);
 }
 
 fn jumps(here: f32, next: f32) -> bool {
@@ -89,41 +66,44 @@ fn is_edge_by_order(here: f32, next: f32, after: f32) -> bool {
     return next > here && after > here;
 }
 
-// What comes of a walk: the edge passed last, and the place that comes last of all.
+// What comes of a walk: the edge passed last, the place that comes last of all, and the greatest closeness.
 struct Walked {
     passed: Passed,
     last_place: f32,
+    nearest: f32,
 };
 
-// [Reimann2016 §3.3] Walk the cell for the segment on this side, `start` being passed before it. Texels out of order get the
-// edge passed last, in their half of `entries`.
-fn walk(cell: Cell, side: u32, start: Passed) -> Walked {
-    let forth = direction(side);
-    let reach = segment_length(cell.view / FACES, side) * shadow_views[cell.view].texels_per_unit.x;
-    let offset = forth * f32(cell.first);  // of the cell's places in the row's
-    let count = cell.end - cell.first;
-    let step = select(-1, 1, side == BEFORE);
-    var i = select(i32(count + BESIDE) - 1, i32(BESIDE), side == BEFORE);
-    var passed = Passed(start.place - offset, start.entry);
-    var last_place = -OUT_OF_ROW;
-    var before = place(u32(i - step), forth, reach);
-    var here = place(u32(i), forth, reach);
-    var next = place(u32(i + step), forth, reach);
-    for (var walked = 0u; walked < count; walked++) {
-        let after = place(u32(i + 2 * step), forth, reach);
-        let in_cell = u32(i) - BESIDE;
-        last_place = max(last_place, here);
-        if here > passed.place {
-            entries[in_cell] = insertBits(entries[in_cell], passed.entry, select(0u, 16u, side == BEFORE), 16u);
-        } else if (uses_tilt && is_edge_by_tilt(before, here, next)) || (uses_order && is_edge_by_order(here, next, after)) {
-            passed = Passed(here, (1u + cell.first + in_cell) | select(0u, EDGE_JUMPS, jumps(here, next)));
+// [Reimann2016 §3.3] Walk the cell, `start` being passed before it. Texels out of order get the edge passed last.
+fn walk(view: ShadowView, cell: Cell, start: Passed) -> Walked {
+    let step = -i32(direction(cell.side));
+    var column = select(i32(cell.end) - 1, i32(cell.first), cell.side == BEFORE);
+    var walked = Walked(start, -OUT_OF_ROW, 0.0);
+    var before = load_texel(view, cell, column - step).place;
+    var here = load_texel(view, cell, column);
+    var next = load_texel(view, cell, column + step);
+    var word = 0u;
+    for (var left = cell.end - cell.first; left > 0u; left--) {
+        let after = load_texel(view, cell, column + 2 * step);
+        walked.last_place = max(walked.last_place, here.place);
+        walked.nearest = max(walked.nearest, here.closeness);
+        if here.place > walked.passed.place {
+            word |= walked.passed.entry << (16u * (u32(column) % 2u));
+        } else if (uses_tilt && is_edge_by_tilt(before, here.place, next.place))
+            || (uses_order && is_edge_by_order(here.place, next.place, after.place)) {
+            let jump = select(0u, EDGE_JUMPS, jumps(here.place, next.place));
+            walked.passed = Passed(here.place, (1u + u32(column)) | jump);
         }
-        before = here;
+        before = here.place;
         here = next;
         next = after;
-        i += step;
+        column += step;
+        if (u32(column) % 2u == 0u) == (step > 0) || left == 1u {  // a pair of columns, or a row of an odd number, is complete
+            let texel = vec2u(u32(column - step), cell.row);
+            textureStore(edge_map, entry_word(view, texel, cell.side), vec4u(word, 0u, 0u, 0u));
+            word = 0u;
+        }
     }
-    return Walked(Passed(passed.place + offset, passed.entry), last_place + offset);
+    return walked;
 }
 
 // What all the cells that are walked before this lane's have passed: an exclusive scan, in the order of the walk.
@@ -150,21 +130,24 @@ fn passed_before(lane: u32, side: u32, alone: Passed) -> Passed {
 
 @compute @workgroup_size(LANES)
 fn cs_outreach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let cell = cell_of(group.x, group.y, lane);
-    cells[first_cell(group.y, group.x) + lane] = load_cell(cell);
+    let number = group.x;
+    let sample = group.y;
+    let found = map_row(sample, number);
+    let view = shadow_views[found.view];
+    let width = cell_width(found.view);
+    let first = min(lane * width, view.size.x);
     for (var side = AFTER; side <= BEFORE; side++) {
-        if !has_segment(group.y, side) {
+        if !has_segment(sample, side) {
             continue;
         }
-        let alone = walk(cell, side, Passed(OUT_OF_ROW, NO_EDGE));
+        let reach = segment_length(sample, side) * view.texels_per_unit.x;
+        let cell = Cell(found.row, first, min(first + width, view.size.x), side, reach);
+        let alone = walk(view, cell, Passed(OUT_OF_ROW, NO_EDGE));
+        cells[first_cell(sample, number) + lane] = alone.nearest;
         let start = passed_before(lane, side, alone.passed);
         if start.place < alone.last_place {
-            walk(cell, side, start);
+            walk(view, cell, start);
         }
         workgroupBarrier();
-    }
-    for (var in_cell = 0u; in_cell < cell.end - cell.first; in_cell++) {
-        let texel = shadow_views[cell.view].origin + vec2u(cell.first + in_cell, cell.row);
-        textureStore(edge_map, texel, vec4u(entries[in_cell], 0u, 0u, 0u));
     }
 }

@@ -70,9 +70,11 @@ class Edges:
         """(2, rows, columns): the entries of a sample's view of a face, AFTER and BEFORE; 0 rows where not in use."""
         view = self.views[sample, face]
         (x, y), (width, height) = view["origin"], view["size"]
-        words = self.words[y : y + height, x : x + width]
-        has_after, has_before = sample + 1 < self.samples, sample > 0
-        return np.stack([(words & 0xFFFF) * has_after, (words >> 16) * has_before]).astype(np.uint32)
+        pairs = (width + 1) // 2
+        words = self.words[y : y + height, x : x + 2 * pairs].reshape(height, 2, pairs)
+        entries = np.stack([words & 0xFFFF, words >> 16], axis=-1).reshape(height, 2, 2 * pairs)[..., :width]
+        has_segment = np.array([sample + 1 < self.samples, sample > 0])
+        return (entries.transpose(1, 0, 2) * has_segment[:, None, None]).astype(np.uint32)
 
     @property
     def has_edge(self) -> Bools:

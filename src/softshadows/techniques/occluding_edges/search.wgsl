@@ -91,8 +91,8 @@ fn from_other_end(parts: vec4u) -> vec4u {
     return reverseBits(parts.wzyx);
 }
 
-// How much of the segment is neither in `first` nor in `second`.
-fn share_of_rest(first: vec4u, second: vec4u) -> f32 {
-    let count = countOneBits(first | second);
+// How much of the segment is not hidden.
+fn share_of_rest(hidden: vec4u) -> f32 {
+    let count = countOneBits(hidden);
     return 1.0 - f32(count.x + count.y + count.z + count.w) / f32(PARTS);
 }

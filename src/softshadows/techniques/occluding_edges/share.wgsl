@@ -1,4 +1,4 @@
-// What an edge leaves of a segment of the light, and what two of them do together.
+// What an edge leaves of a segment of the light.
 
 // [Reimann2016 §3.4 substep 4.3] i = sin β sin δ / (sin α sin(π - δ - γ)): how much of the segment is lit before the line from
 // the fragment through the edge meets it. In a rectified map, where both lie in one row, the law of sines comes down to how
@@ -9,15 +9,4 @@ fn visible_share(ahead: f32, closer: f32, segment: f32) -> f32 {
         return 1.0;  // not before the fragment, or passed beyond the segment's end
     }
     return clamp(ahead / moves, 0.0, 1.0);
-}
-
-// [Reimann2016 §3.4 substep 4.4] Merging, which the paper leaves open: lit up to `first` from one end and up to `second` from
-// the other. What both edges leave is what the fragment sees that neither end does ...
-fn share_in_both(first: f32, second: f32) -> f32 {
-    return max(first + second - 1.0, 0.0);
-}
-
-// ... and what a fragment sees that both ends do is what either edge leaves: between them something hides the middle.
-fn share_in_either(first: f32, second: f32) -> f32 {
-    return min(first + second, 1.0);
 }
