@@ -13,7 +13,7 @@ import softshadows as ss
 import stage
 from softshadows.gpu import layout
 from softshadows.gpu.device import acquire
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowView
+from softshadows.passes.shadow_atlas.structs import ShadowView
 from softshadows.techniques.pcf import pcf
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import taps, upload_taps

@@ -18,7 +18,8 @@ import softshadows as ss
 import stage
 from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.device import acquire
-from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas, plan_atlas
+from softshadows.passes.shadow_atlas.plan import plan_atlas
+from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
 from softshadows.techniques import Adaptive, Technique, Uniform
 
 SIZE = (61, 45)

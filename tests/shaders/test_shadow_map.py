@@ -12,7 +12,7 @@ import wgpu
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import dtype
-from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, ShadowLight
+from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, ShadowLight
 from softshadows.scene.lights import DirectionalLight, RectLight
 
 COUNT = 500

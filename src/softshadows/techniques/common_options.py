@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from softshadows.techniques.base import option
+from softshadows.techniques.base import VISIBILITIES, option
+from softshadows.techniques.sub_positions import OFFSETS
 
 DEFAULT_MEMORY_BUDGET = 512
 """MiB that the shadow maps drawn at one time may take."""
@@ -32,4 +33,31 @@ def shading_option() -> Any:
         help="how visible parts of the light are weighed: alike, or by the illumination at the ends of their segment, "
         "as in the paper",
         choices=("whole", "ends"),
+    )
+
+
+def visibility_option() -> Any:
+    """`visibility: str`, of techniques that ask for samples of the light one by one."""
+    return option(
+        default="map",
+        help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
+        choices=VISIBILITIES,
+    )
+
+
+def offsets_option() -> Any:
+    """`offsets: str`, for visibility="ray" (traced.check_ray_options)."""
+    return option(
+        default="none",
+        help="where rays' samples lie in their cells: the same for all pixels, or another place in each of 4×4",
+        choices=OFFSETS,
+    )
+
+
+def denoise_option() -> Any:
+    """`denoise: bool`, for visibility="ray" (traced.check_ray_options)."""
+    return option(
+        default=False,
+        help="average rays' visibility over 4×4 pixels of a surface where it differs by no more than noise",
+        choices=(False, True),
     )

@@ -16,14 +16,9 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.layout import Struct
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.shadow_atlas.shadow_atlas import (
-    SHADOW_STRUCTS,
-    AtlasPlan,
-    Chunk,
-    SampledLight,
-    ShadowAtlas,
-    plan_atlas,
-)
+from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_atlas
+from softshadows.passes.shadow_atlas.shadow_atlas import SampledLight, ShadowAtlas
+from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass

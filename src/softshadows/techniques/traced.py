@@ -12,7 +12,8 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.passes.bvh.bvh import CUT_SHORT, TREE_STRUCTS, tree_of
 from softshadows.passes.denoise.denoise import Denoise
-from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, ShadowAtlas, plan_atlas, plan_without_maps
+from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_atlas, plan_without_maps
+from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, Samples

@@ -43,17 +43,9 @@ from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, dtype, pack
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
-from softshadows.passes.shadow_atlas.shadow_atlas import (
-    FACES,
-    SHADOW_STRUCTS,
-    AtlasPlan,
-    DrawView,
-    OccluderBox,
-    ReceiverBox,
-    SampledLight,
-    ShadowAtlas,
-    tile_size,
-)
+from softshadows.passes.shadow_atlas.plan import AtlasPlan, tile_size
+from softshadows.passes.shadow_atlas.shadow_atlas import SampledLight, ShadowAtlas
+from softshadows.passes.shadow_atlas.structs import FACES, SHADOW_STRUCTS, DrawView, OccluderBox, ReceiverBox
 from softshadows.scene.lights import Light
 
 _HERE = Path(__file__).parent

@@ -21,215 +21,36 @@ from pathlib import Path
 import numpy as np
 import wgpu
 
-from softshadows.errors import DeviceError
-from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f, dtype, pack
+from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.timing import PassTimer
 from softshadows.gpu.upload import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS, FrameUniforms, GBuffer
+from softshadows.passes.shadow_atlas.extents import depth_range, farthest, reaches_into
+from softshadows.passes.shadow_atlas.plan import AtlasPlan
+from softshadows.passes.shadow_atlas.structs import (
+    FACES,
+    SHADOW_STRUCTS,
+    Chunk,
+    DrawView,
+    OccluderBox,
+    ReceiverBox,
+    ShadowLight,
+    ShadowView,
+)
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 
 _HERE = Path(__file__).parent
 _STAGES = wgpu.ShaderStage
 _USAGE = wgpu.BufferUsage
-FACES = 6
 DRAWS = 4  # per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones
 DRAW_BYTES = 20  # of an indirect draw's arguments
 FARTHEST_CORNER = 4.4
 """Distance of the farthest point of a window's near plane, in near distances: the front window's tangents reach 3."""
 BOX_EDGE = 8  # pixels
 UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
-AUTO_TILE_PER_IMAGE = 4.0
-"""Edge of an automatic tile over the longer side of the image: the camera's pixels are rarely spread so unevenly over a
-map that twice as many texels per axis are not enough for one texel per pixel."""
-SMALLEST_AUTO_TILE, LARGEST_AUTO_TILE = 256, 4096
-
-
-class ShadowLight(Struct):
-    """A light as the shadow maps see it, and the sizes of its atlas (light_space.wgsl)."""
-
-    center_ws: Vec3f
-    is_one_sided: U32
-    right_ws: Vec3f
-    half_width: F32
-    up_ws: Vec3f
-    half_height: F32
-    back_ws: Vec3f
-    is_directional: U32
-    near: F32
-    far: F32
-    depth_scale: F32
-    window_scale: F32
-    bias_scale: F32
-    texels_per_pixel: F32
-    margin_texels: F32
-    search_margin: F32  # half lights around the receivers that look-ups reach
-    is_auto: U32
-    is_round: U32
-    tile_size: U32
-    tiles_per_row: U32
-    atlas_size: U32
-    box_count: U32
-    occluder_count: U32
-    sample_count: U32
-    samples_per_batch: U32
-    samples_per_chunk: U32
-    total_weight: F32
-    visibility_offset: U32  # of the light's first pixel in the visibility buffer
-
-
-class ShadowView(Struct):
-    """One window of one sample: where it lies in its face's tangents, and where in the atlas. Size 0: not in use."""
-
-    window_low: Vec2f
-    texels_per_unit: Vec2f
-    origin: Vec2u
-    size: Vec2u
-
-
-class DrawView(Struct):
-    """A view as its draw sees it: rows that take a world position, relative to the light's centre, to clip space.
-
-    x and y run from 0 to 2 across the atlas once divided by w; `edges` are the view's low and high corner so.
-    """
-
-    row_x: Vec4f
-    row_y: Vec4f
-    row_closeness: Vec4f
-    row_w: Vec4f
-    edges: Vec4f
-
-
-class ReceiverBox(Struct):
-    """Receivers of 8×8 pixels: their extent in light space, their number, the mean width of their pixels in metres."""
-
-    low: Vec3f
-    count: F32
-    high: Vec3f
-    footprint: F32
-
-
-class OccluderBox(Struct):
-    """World extent of a cluster of triangles."""
-
-    low_ws: Vec3f
-    high_ws: Vec3f
-
-
-class Chunk(Struct):
-    """The light samples of one draw."""
-
-    first_sample: U32
-    sample_count: U32
-
-
-SHADOW_STRUCTS = (ShadowLight, ShadowView)
-
-
-@dataclass(frozen=True)
-class AtlasPlan:
-    """Sizes the CPU knows beforehand. `tile` is the edge of a sample's tile, `atlas_size` the atlas's, in texels."""
-
-    samples: int
-    tile: int
-    is_auto: bool
-    tiles_per_row: int
-    atlas_size: int
-    samples_per_batch: int
-    samples_per_chunk: int
-    chunks: int
-    places: int = 1  # that a sample has, by pixel (shaders/sample_places.wgsl)
-
-    @property
-    def bytes(self) -> int:
-        return 4 * self.atlas_size**2
-
-    @property
-    def holds_all(self) -> bool:
-        """Do all samples' maps lie in the atlas at one time?"""
-        return self.samples_per_batch >= self.samples and self.tiles_per_row**2 >= self.samples
-
-    def starts_batch(self, chunk: int) -> bool:
-        """Is the chunk the first of its batch?"""
-        return chunk * self.samples_per_chunk % self.samples_per_batch == 0
-
-
-def tile_size(gpu: Gpu, size: tuple[int, int], resolution: int | str, memory_budget: int) -> int:
-    """Edge in texels of a map of `resolution` ("auto": by the image's size) that fits `memory_budget` MiB.
-
-    Raises DeviceError where a map of that resolution exceeds the adapter's limit or the budget.
-    """
-    largest = gpu.limit("max-texture-dimension-2d")
-    if resolution == "auto":
-        wanted = 1 << int(np.ceil(np.log2(max(AUTO_TILE_PER_IMAGE * max(size), 1.0))))
-        tile = int(np.clip(wanted, SMALLEST_AUTO_TILE, min(LARGEST_AUTO_TILE, largest)))
-        while 4 * tile * tile > memory_budget * 2**20 and tile > SMALLEST_AUTO_TILE:
-            tile //= 2
-    else:
-        tile = int(resolution)
-    if tile > largest:
-        raise DeviceError(
-            f"a shadow map of {tile}² exceeds this adapter's largest texture ({largest}²). Lower the resolution."
-        )
-    if 4 * tile * tile > memory_budget * 2**20:
-        raise DeviceError(
-            f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget "
-            f"of {memory_budget} MiB. "
-            "Lower the resolution or raise memory_budget."
-        )
-    return tile
-
-
-def plan_atlas(
-    gpu: Gpu,
-    scene: SceneBuffers,
-    size: tuple[int, int],
-    samples: int,
-    resolution: int | str,
-    memory_budget: int,
-    most_per_chunk: int | None = None,
-) -> AtlasPlan:
-    """How to hold `samples` maps of `resolution` within `memory_budget` MiB. Raises DeviceError as tile_size."""
-    tile = tile_size(gpu, size, resolution, memory_budget)
-    largest = gpu.limit("max-texture-dimension-2d")
-    row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
-    per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
-    milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
-    # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
-    most = min(per_row * per_row, samples, most_per_chunk or samples)
-    per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, most))
-    # A batch is whole chunks; but where the atlas holds all samples, all of them are one batch.
-    per_batch = samples if per_row * per_row >= samples else per_row * per_row // per_chunk * per_chunk
-    return AtlasPlan(
-        samples=samples,
-        tile=tile,
-        is_auto=resolution == "auto",
-        tiles_per_row=per_row,
-        atlas_size=tile * per_row,
-        samples_per_batch=per_batch,
-        samples_per_chunk=per_chunk,
-        chunks=-(-samples // per_chunk),
-    )
-
-
-def plan_without_maps(samples: int, samples_per_chunk: int | None = None, places: int = 1) -> AtlasPlan:
-    """The smallest atlas: for rays, which need the lights and the receivers' boxes alone."""
-    per_chunk = samples_per_chunk or samples
-    per_row = int(np.ceil(np.sqrt(samples)))
-    return AtlasPlan(
-        samples=samples,
-        tile=1,
-        is_auto=False,
-        tiles_per_row=per_row,
-        atlas_size=per_row,
-        samples_per_batch=samples,
-        samples_per_chunk=per_chunk,
-        chunks=-(-samples // per_chunk),
-        places=places,
-    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -422,9 +243,9 @@ class ShadowAtlas:
         plan, scene, light = self.plan, self._scene, sampled.light
         right, up, back = light.axes
         directional = light.kind == "directional"
-        near, far = max(1e-5 * scene.diagonal, 1e-7), _farthest(scene.geometry.bounds, light.center)
+        near, far = max(1e-5 * scene.diagonal, 1e-7), farthest(scene.geometry.bounds, light.center)
         if directional:
-            near, far = _depth_range(scene.geometry.bounds, -back)
+            near, far = depth_range(scene.geometry.bounds, -back)
         uniforms = ShadowLight(
             center_ws=tuple(light.center),
             is_one_sided=int(light.one_sided),
@@ -458,7 +279,7 @@ class ShadowAtlas:
         samples = np.zeros((plan.places * plan.samples, 4), np.float32)
         samples[:, :2], samples[:, 2] = sampled.points, np.tile(sampled.weights, plan.places)
         # A chunk's draws: count, instances (filled by the fit), first, base vertex, first instance.
-        solid = 0 if _reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
+        solid = 0 if reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
         ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])
         arguments = np.zeros((DRAWS, DRAW_BYTES // 4), np.uint32)
         arguments[0, 0] = 6
@@ -534,27 +355,3 @@ class ShadowAtlas:
             draw.set_pipeline(masked)
             draw.draw_indirect(self.arguments, arguments + 3 * DRAW_BYTES)
         return draw.finish()
-
-
-def _reaches_into(boxes: np.ndarray, light: Light, margin: float) -> bool:
-    """Can a point of the light lie within `margin` metres of one of the solids in `boxes` (k, 2, 3), or inside it?
-
-    Then the light sees that solid from within, or its near planes cut it open.
-    """
-    if light.kind == "directional":
-        return False
-    right, up, _ = np.abs(light.axes)
-    reach = light.half_extent[0] * right + light.half_extent[1] * up + margin
-    return bool(((boxes[:, 0] <= light.center + reach) & (boxes[:, 1] >= light.center - reach)).all(axis=1).any())
-
-
-def _depth_range(bounds: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
-    """Nearest and farthest extent of a box along `direction`, with a margin."""
-    low, high = np.sort(bounds * direction, axis=0).sum(axis=1)
-    margin = max(1e-3 * (high - low), 1e-6)
-    return float(low - margin), float(high + margin)
-
-
-def _farthest(bounds: np.ndarray, center: np.ndarray) -> float:
-    """The distance from `center` that no point of a box exceeds."""
-    return max(float(np.linalg.norm(np.abs(bounds - center).max(axis=0))), 1e-6)

@@ -75,9 +75,15 @@ from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
 from softshadows.techniques.adaptive.sampling import REPORT_WORDS, TILE, AdaptiveSampling, SamplingOptions
-from softshadows.techniques.base import VISIBILITIES, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET
-from softshadows.techniques.sub_positions import OFFSETS
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.common_options import (
+    bias_option,
+    budget_option,
+    denoise_option,
+    offsets_option,
+    resolution_option,
+    visibility_option,
+)
 from softshadows.techniques.traced import check_ray_options
 
 
@@ -100,21 +106,9 @@ class Adaptive(Technique):
     threshold: int = option(
         default=0, help="texels of the comparison that may fail before a cell is refined", low=0, high=1 << 24
     )
-    visibility: str = option(
-        default="map",
-        help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
-        choices=VISIBILITIES,
-    )
-    offsets: str = option(
-        default="none",
-        help="where rays' samples lie in their cells: the same for all pixels, or another place in each of 4×4",
-        choices=OFFSETS,
-    )
-    denoise: bool = option(
-        default=False,
-        help="average rays' visibility over 4×4 pixels of a surface where it differs by no more than noise",
-        choices=(False, True),
-    )
+    visibility: str = visibility_option()
+    offsets: str = offsets_option()
+    denoise: bool = denoise_option()
     max_maps: int = option(
         default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
     )
@@ -133,13 +127,9 @@ class Adaptive(Technique):
         low=0,
         high=1 << 20,
     )
-    resolution: int | str = option(
-        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
-    memory_budget: int = option(
-        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
-    )
+    resolution: int | str = resolution_option("auto")
+    bias_scale: float = bias_option()
+    memory_budget: int = budget_option("the maps drawn at one time")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -6,7 +6,7 @@ import numpy as np
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.device import Gpu
-from softshadows.passes.shadow_atlas.shadow_atlas import AtlasPlan, plan_without_maps, tile_size
+from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_without_maps, tile_size
 from softshadows.techniques.adaptive.lattice import Lattice
 from softshadows.techniques.sub_positions import places_of
 

@@ -30,12 +30,8 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import Struct, pack
 from softshadows.passes.bvh.bvh import tree_of
-from softshadows.passes.shadow_atlas.shadow_atlas import (
-    BOX_EDGE,
-    AtlasPlan,
-    SampledLight,
-    ShadowAtlas,
-)
+from softshadows.passes.shadow_atlas.plan import AtlasPlan
+from softshadows.passes.shadow_atlas.shadow_atlas import BOX_EDGE, SampledLight, ShadowAtlas
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice
 from softshadows.techniques.adaptive.structs import STRUCTS, Levels, Step, TreeShape

@@ -5,7 +5,7 @@ from __future__ import annotations
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u
 from softshadows.passes.bvh.bvh import TREE_STRUCTS
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk, DrawView, ReceiverBox
+from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk, DrawView, ReceiverBox
 
 
 class TreeShape(Struct):

@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from softshadows.errors import OptionError
 from softshadows.gpu.layout import dtype
-from softshadows.passes.shadow_atlas.shadow_atlas import FACES, ShadowView
+from softshadows.passes.shadow_atlas.structs import FACES, ShadowView
 from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMapsPass
 from softshadows.techniques.line_shadow_maps.soft_maps import Control, Skin
 

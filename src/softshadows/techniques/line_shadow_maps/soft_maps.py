@@ -21,7 +21,7 @@ from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
-from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
+from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 

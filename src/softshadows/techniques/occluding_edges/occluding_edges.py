@@ -63,7 +63,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
-from softshadows.passes.shadow_atlas.shadow_atlas import SHADOW_STRUCTS, Chunk
+from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, numbers_of, option

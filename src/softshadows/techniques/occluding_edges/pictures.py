@@ -23,7 +23,7 @@ import numpy.typing as npt
 from softshadows.errors import OptionError
 from softshadows.gpu.layout import dtype
 from softshadows.passes.line_maps.line_maps import line_points
-from softshadows.passes.shadow_atlas.shadow_atlas import FACES, ShadowView
+from softshadows.passes.shadow_atlas.structs import FACES, ShadowView
 from softshadows.scene.lights import Light
 from softshadows.techniques.occluding_edges.occluding_edges import OccludingEdgesPass
 

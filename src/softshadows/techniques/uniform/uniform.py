@@ -40,9 +40,17 @@ from typing import ClassVar
 import numpy as np
 
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import ALL_LIGHTS, VISIBILITIES, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.sampled import DEFAULT_MEMORY_BUDGET, SampledPass, Samples
-from softshadows.techniques.sub_positions import OFFSETS, moved, placed, places_of
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.common_options import (
+    bias_option,
+    budget_option,
+    denoise_option,
+    offsets_option,
+    resolution_option,
+    visibility_option,
+)
+from softshadows.techniques.sampled import SampledPass, Samples
+from softshadows.techniques.sub_positions import moved, placed, places_of
 from softshadows.techniques.traced import TracedPass, check_ray_options
 
 NOISE_COLUMNS = 1.5
@@ -95,28 +103,12 @@ class Uniform(Technique):
         help="samples on the light's border, or in the middle of cells",
         choices=("corners", "centres"),
     )
-    visibility: str = option(
-        default="map",
-        help="what tells whether a sample is visible: shadow maps, rays, or rays where the maps are not certain",
-        choices=VISIBILITIES,
-    )
-    offsets: str = option(
-        default="none",
-        help="where rays' samples lie in their cells: the same for all pixels, or another place in each of 4×4",
-        choices=OFFSETS,
-    )
-    denoise: bool = option(
-        default=False,
-        help="average rays' visibility over 4×4 pixels of a surface where it differs by no more than noise",
-        choices=(False, True),
-    )
-    resolution: int | str = option(
-        default="auto", help="texels along a shadow map's side", low=16, high=16384, or_word="auto"
-    )
-    bias_scale: float = option(default=1.0, help="factor on the automatic bias, for experts", low=0.0, high=1000.0)
-    memory_budget: int = option(
-        default=DEFAULT_MEMORY_BUDGET, help="MiB for the maps drawn at one time", low=1, high=65536
-    )
+    visibility: str = visibility_option()
+    offsets: str = offsets_option()
+    denoise: bool = denoise_option()
+    resolution: int | str = resolution_option("auto")
+    bias_scale: float = bias_option()
+    memory_budget: int = budget_option("the maps drawn at one time")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -56,7 +56,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import ClassVar
 
-from softshadows.passes.shadow_atlas.shadow_atlas import plan_atlas
+from softshadows.passes.shadow_atlas.plan import plan_atlas
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
