@@ -224,12 +224,11 @@ def render_in_turns(
     techniques: Sequence[Technique],
     settings: Settings,
     notice: Notice,
-    modes: Sequence[str] = (REDRAWN, KEPT),
     keeps: Callable[[Technique], bool] = lambda technique: getattr(technique, "resolution", None) != "auto",
     *,
     moves_scene: bool = False,
 ) -> tuple[list[Run], list[str]]:
-    """Every technique's frames, timed in the modes in turns, those that it `keeps` in both; and in sentences which
+    """Every technique's frames, timed in turns, redrawn, and those that it `keeps` also kept; and in sentences which
     techniques could not run.
 
     With `moves_scene` the node with the most triangles moves with the lights before every redrawn frame.
@@ -260,7 +259,7 @@ def render_in_turns(
             for run in runs:
                 run.render(REDRAWN, shot.camera)
         keeping = [run for run in runs if keeps(run.technique)]
-        turns = SETTLING + settings.repeats if keeping and KEPT in modes else 0
+        turns = SETTLING + settings.repeats if keeping else 0
         for turn in range(1, turns + 1):
             notice(f"maps kept, frame {turn} of {turns}", 0.5 + 0.5 * turn / (turns + 1))
             camera = _shifted(shot.camera, turn % 2 * CAMERA_STEP * right)
