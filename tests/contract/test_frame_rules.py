@@ -115,7 +115,7 @@ def test_lights_are_written_only_where_something_changed(name: str, monkeypatch:
 def test_where_a_frame_is_cut_depends_on_sizes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slow device cuts; the cuts are the same whatever the camera sees and wherever light and occluders are."""
     monkeypatch.setattr("softshadows.gpu.commands.SUBMIT_MS", 0.02)
-    monkeypatch.setattr("softshadows.passes.shadow_atlas.shadow_atlas.SUBMIT_MS", 0.02)
+    monkeypatch.setattr("softshadows.passes.shadow_atlas.plan.SUBMIT_MS", 0.02)
     technique = ss.techniques.Uniform(grid=4, resolution=64)
     scene = stage.standard_scene()
     submits = set()
