@@ -111,7 +111,7 @@ def rendered(scene: ss.Scene, camera: ss.Camera = stage.CAMERA) -> tuple[ss.Fram
 @pytest.fixture
 def culling(monkeypatch: pytest.MonkeyPatch) -> Callable[[bool], None]:
     """Switches culling on or off, wherever the light is."""
-    return lambda on: monkeypatch.setattr(shadow_atlas, "_reaches_into", lambda *_: not on)
+    return lambda on: monkeypatch.setattr(shadow_atlas, "reaches_into", lambda *_: not on)
 
 
 def same_maps_without_culling(
