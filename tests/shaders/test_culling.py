@@ -197,13 +197,13 @@ def test_lights_that_reach_into_a_solids_box_are_told_apart(kind: str) -> None:
     gap = corners[:, 0].min() - box[0, 1, 0]
     assert gap > 0.0
     for nudge, expected in ((-1e-6, False), (1e-6, True)):
-        assert shadow_atlas._reaches_into(box, light, gap + nudge) == expected
-    assert not shadow_atlas._reaches_into(box[:0], light, 1e9)
+        assert shadow_atlas.reaches_into(box, light, gap + nudge) == expected
+    assert not shadow_atlas.reaches_into(box[:0], light, 1e9)
 
 
 def test_a_directional_light_is_outside_everything() -> None:
     box = np.array([[(-1e3, -1e3, -1e3), (1e3, 1e3, 1e3)]])
-    assert not shadow_atlas._reaches_into(box, stage.LIGHTS["directional"], 1.0)
+    assert not shadow_atlas.reaches_into(box, stage.LIGHTS["directional"], 1.0)
 
 
 def test_a_node_that_moves_over_the_light_is_no_longer_culled() -> None:
