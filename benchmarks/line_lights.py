@@ -13,6 +13,7 @@ import os
 from pathlib import Path
 
 import softshadows as ss
+from softshadows.report.suites.linear import under_a_line
 from softshadows.techniques import LineShadowMaps, Technique, Uniform
 
 PAPER = {"samples": 2, "transition": "linear", "seen_by_both": "all", "gaps": "none"}
@@ -27,16 +28,8 @@ COMPARED: dict[str, Technique] = {
 
 def load(name: str) -> tuple[ss.Scene, ss.Camera]:
     path = Path(os.environ.get("SOFTSHADOWS_SCENES", ".")) / "shots" / f"{name}.toml"
-    if path.exists():
-        shot = ss.load_shot(path)
-        return shot.scene, shot.camera
-    scene = ss.scenes.make(name)
-    light, camera = scene.lights[0], scene.camera
-    assert camera is not None
-    reach = light.half_extent[0] * light.axes[0]
-    start, end = light.center - reach, light.center + reach
-    scene.lights = [ss.LineLight(tuple(start.tolist()), tuple(end.tolist()), (30.0, 30.0, 30.0))]
-    return scene, camera
+    shot = ss.load_shot(path) if path.exists() else under_a_line(name, ss.scenes.make(name))
+    return shot.scene, shot.camera
 
 
 def compare(name: str, size: tuple[int, int]) -> None:

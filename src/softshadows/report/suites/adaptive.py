@@ -307,14 +307,22 @@ def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
     return Rays(list(counts), errors, seconds)
 
 
-def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
-    """A technique's errors and times, and the rays that err as much: the figures that need no other technique."""
+def timed_result(run: Run, held: Yardstick) -> Result:
+    """A technique's errors, and its times in both modes, which are its only figures yet."""
     redrawn, kept = run.timings(REDRAWN), run.timings(KEPT)
     assert redrawn is not None, "every technique is timed with all redrawn"
     result = held.result(run.technique, run.frame, run.timing(REDRAWN))
     if kept is not None:
         result.times[KEPT] = run.timing(KEPT)
     result.stats["gpu_ms"] = redrawn["gpu_ms"]
+    result.figures = {REDRAWN: redrawn, KEPT: kept}
+    return result
+
+
+def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
+    """A technique's errors and times, and the rays that err as much: the figures that need no other technique."""
+    result = timed_result(run, held)
+    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
     error = _mean(result.comparisons, "rmse")
     equal, bound = rays.equal_to(error)
     ray_ms = equal * rays.ms_per_sample
@@ -326,8 +334,7 @@ def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
         "equal_rays_bound": bound,
         "ray_time_ratio_redrawn": ray_ms / redrawn["wall_ms"],
         "ray_time_ratio_kept": ray_ms / kept["wall_ms"] if kept else None,
-        REDRAWN: redrawn,
-        KEPT: kept,
+        **result.figures,
     }
     return result
 

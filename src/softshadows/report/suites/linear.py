@@ -42,6 +42,7 @@ from softshadows.report.suites.adaptive import (
     Run,
     render_in_turns,
     time_ratio,
+    timed_result,
     trace,
 )
 from softshadows.report.suites.baselines import SIZE, real_shots
@@ -177,30 +178,23 @@ def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
 
 
 def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
-    redrawn = run.timings(REDRAWN)
-    assert redrawn is not None
-    kept = run.timings(KEPT)
-    result = held.result(run.technique, run.frame, run.timing(REDRAWN))
-    if kept is not None:
-        result.times[KEPT] = run.timing(KEPT)
-    result.stats["gpu_ms"] = redrawn["gpu_ms"]
+    result = timed_result(run, held)
+    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     outreach = redrawn["gpu_ms"].get("outreach")
 
     def mean(name: str) -> float:
         return statistics.fmean(getattr(comparison, name) for comparison in result.comparisons)
 
-    figures: dict[str, Any] = {
+    result.figures = {
         "rmse_truth": mean("rmse"),
         "penumbra_rmse_truth": mean("penumbra_rmse"),
         "leak_rate": mean("leak_rate"),
         "time_over_hard": time_ratio(redrawn, baseline and baseline.timings(REDRAWN)),
         "kept_over_hard": time_ratio(kept, baseline and baseline.timings(KEPT)),
         "outreach_share": outreach / gpu_ms if outreach and gpu_ms else None,
-        REDRAWN: redrawn,
-        KEPT: kept,
+        **result.figures,
     }
-    result.figures = figures
     return result
 
 

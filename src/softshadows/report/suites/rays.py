@@ -40,7 +40,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softshadows.report.measure import Measurement, Notice, Result, measure_each, yardstick
-from softshadows.report.suites.adaptive import KEPT, REDRAWN, FacingSurfaces, render_in_turns, result_beside_rays, trace
+from softshadows.report.suites.adaptive import (
+    KEPT,
+    REDRAWN,
+    FacingSurfaces,
+    facing_surfaces,
+    render_in_turns,
+    result_beside_rays,
+    trace,
+)
 from softshadows.report.suites.baselines import real_shots
 from softshadows.report.tree_times import terrain, time_tree
 from softshadows.scene.camera import Camera
@@ -137,8 +145,7 @@ def measure_view(view: View, settings: Settings, notice: Notice, segments: int =
     notice("tracing shadow rays", 0.2)
     rays = trace(shot, held, RAYS)
     notice("the same rays by Embree and the GPU", 0.3)
-    mask = np.asarray(held.reference.mask.any(axis=0))
-    figures = cast_by_both(shot, FacingSurfaces(held.frame.position, held.frame.normal, mask), segments)
+    figures = cast_by_both(shot, facing_surfaces(held), segments)
     if view.times_trees:
         cpu, gpu = (time_tree(shot.scene, builder) for builder in ("cpu", "gpu"))
         figures |= {"cpu_build_ms": cpu.build_ms, "gpu_build_ms": gpu.build_ms, "cpu_refit_ms": cpu.follow_ms}

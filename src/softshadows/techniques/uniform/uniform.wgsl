@@ -6,7 +6,7 @@
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_sum(id.xy);
+    let pixel = begin_surface(id.xy);
     if !pixel.is_surface {
         return;
     }
