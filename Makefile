@@ -24,7 +24,7 @@ help:
 
 demo:
 	@scripts/setup.sh
-	@$(python) -m softshadows.report.demo
+	@$(python) -m softshadows.cli.demo
 
 docs:
 	@scripts/setup.sh --no-driver

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import softshadows as ss
-from softshadows.report.environment import environment
+from softshadows.compare.environment import environment
 from softshadows.techniques.uniform.uniform import grid_samples
 
 COLUMNS = [

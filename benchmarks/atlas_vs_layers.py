@@ -24,8 +24,8 @@ import softshadows as ss
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.layout import dtype
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, DrawView
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
+from softshadows.visibility.maps.structs import SHADOW_STRUCTS, DrawView
 
 LAYERS = 256  # WebGPU's default limit
 

@@ -13,7 +13,7 @@ import os
 from pathlib import Path
 
 import softshadows as ss
-from softshadows.report.suites.linear import under_a_line
+from softshadows.bench.suites.linear import under_a_line
 from softshadows.techniques import LineShadowMaps, Technique, Uniform
 
 PAPER = {"samples": 2, "transition": "linear", "seen_by_both": "all", "gaps": "none"}

@@ -14,16 +14,16 @@ import time
 
 import numpy as np
 
+from softshadows.bench.tree_times import rays_to_light
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import acquire
+from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
-from softshadows.gpu.upload import SceneBuffers
-from softshadows.passes.bvh.bvh import Bvh
-from softshadows.passes.bvh.cast import PACKET, Caster
-from softshadows.report.tree_times import rays_to_light
 from softshadows.scene.geometry import flatten
 from softshadows.scene.model import Node
 from softshadows.scene.shot import open_shot
+from softshadows.visibility.rays.cast import PACKET, Caster
+from softshadows.visibility.rays.tree import Bvh
 
 MOVES = 6
 REACH = 0.15

@@ -26,8 +26,8 @@ import numpy.typing as npt
 from PIL import Image, ImageDraw
 
 import softshadows as ss
-from softshadows.display import display, to_8_bit
-from softshadows.report.choice import techniques_from
+from softshadows.compare.choice import techniques_from
+from softshadows.image.display import display, to_8_bit
 from softshadows.scene.shot import Shot, open_shot
 
 TECHNIQUES = "pcss,uniform:grid=5"

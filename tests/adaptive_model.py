@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 import softshadows as ss
-from softshadows.techniques.adaptive.lattice import Lattice
+from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.sampling import CONTROL_WORDS, SURE_LEVELS, TILE, AdaptiveSampling
 
 Bools = npt.NDArray[np.bool_]

@@ -29,9 +29,9 @@ import numpy as np
 from subject import write_subject
 
 import softshadows as ss
-from softshadows.report.measure import Measurement, yardstick
-from softshadows.report.results import results, write_json
-from softshadows.report.turns import Timing, render_in_turns
+from softshadows.compare.measure import Measurement, yardstick
+from softshadows.compare.results import results, write_json
+from softshadows.compare.turns import Timing, render_in_turns
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 

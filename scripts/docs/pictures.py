@@ -24,8 +24,8 @@ from gallery_page import EXAMPLES, examples
 from PIL import Image, ImageDraw
 
 import softshadows as ss
-from softshadows.display import display, to_8_bit
-from softshadows.report.suites.linear import under_a_line
+from softshadows.bench.suites.linear import under_a_line
+from softshadows.image.display import display, to_8_bit
 from softshadows.techniques import TECHNIQUES
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"

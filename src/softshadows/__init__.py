@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from softshadows import metrics, techniques, truth
     from softshadows.errors import DeviceError, OptionError, SceneError, ShaderError, SoftShadowsError
-    from softshadows.frame import Frame, FrameStats, Renderer, render
+    from softshadows.frame import Frame, FrameStats
+    from softshadows.renderer import Renderer, render
     from softshadows.scene import builtin as scenes
     from softshadows.scene.camera import Camera
     from softshadows.scene.lights import DirectionalLight, DiskLight, LineLight, PointLight, RectLight, SpotLight
@@ -32,7 +33,8 @@ _HOMES = {
     "softshadows.techniques": ("techniques",),
     "softshadows.truth": ("truth",),
     "softshadows.errors": ("DeviceError", "OptionError", "SceneError", "ShaderError", "SoftShadowsError"),
-    "softshadows.frame": ("Frame", "FrameStats", "Renderer", "render"),
+    "softshadows.frame": ("Frame", "FrameStats"),
+    "softshadows.renderer": ("Renderer", "render"),
     "softshadows.scene.builtin": ("scenes",),
     "softshadows.scene.camera": ("Camera",),
     "softshadows.scene.lights": ("DirectionalLight", "DiskLight", "LineLight", "PointLight", "RectLight", "SpotLight"),

@@ -1,5 +1,5 @@
 """`python -m softshadows` is the `softshadows` command."""
 
-from softshadows.cli import main
+from softshadows.cli.app import main
 
 main()

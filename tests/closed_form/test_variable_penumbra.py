@@ -13,12 +13,12 @@ import softshadows as ss
 import stage
 from softshadows.gpu import layout
 from softshadows.gpu.device import acquire
-from softshadows.passes.shadow_atlas.structs import ShadowView
 from softshadows.techniques.pcf import pcf
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import taps, upload_taps
 from softshadows.techniques.uniform import uniform
 from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra, mip_level
+from softshadows.visibility.maps.structs import ShadowView
 
 SIZE = (160, 120)
 RESOLUTION = 256

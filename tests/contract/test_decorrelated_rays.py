@@ -9,8 +9,8 @@ import pytest
 
 import softshadows as ss
 import stage
-from softshadows.techniques.adaptive.lattice import lattice_of
-from softshadows.techniques.sub_positions import block_places, placed
+from softshadows.lights.jitter import block_places, placed
+from softshadows.lights.lattice import lattice_of
 from softshadows.techniques.uniform.uniform import grid_samples
 
 SIZE = (128, 96)

@@ -17,8 +17,8 @@ import stage
 from softshadows import frame as frame_module
 from softshadows.gpu.device import Gpu, acquire
 from softshadows.gpu.readback import Readback
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques import TECHNIQUES
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 
 all_techniques = pytest.mark.parametrize("name", list(TECHNIQUES))
 
@@ -115,7 +115,7 @@ def test_lights_are_written_only_where_something_changed(name: str, monkeypatch:
 def test_where_a_frame_is_cut_depends_on_sizes_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slow device cuts; the cuts are the same whatever the camera sees and wherever light and occluders are."""
     monkeypatch.setattr("softshadows.gpu.commands.SUBMIT_MS", 0.02)
-    monkeypatch.setattr("softshadows.passes.shadow_atlas.plan.SUBMIT_MS", 0.02)
+    monkeypatch.setattr("softshadows.visibility.maps.plan.SUBMIT_MS", 0.02)
     technique = ss.techniques.Uniform(grid=4, resolution=64)
     scene = stage.standard_scene()
     submits = set()
@@ -207,7 +207,7 @@ def test_stats_are_sensible(name: str) -> None:
         assert frame.stats.submits >= 1
         assert [text for text in frame.stats.warnings if not text.startswith(f"{name}: ")] == acquire().fallbacks
         if "timestamp-query" in acquire().features:
-            assert {"gbuffer", "lighting"} <= set(frame.stats.gpu_ms)
+            assert {"gbuffer", "shading"} <= set(frame.stats.gpu_ms)
         assert all(0.0 <= ms < 60_000.0 for ms in frame.stats.gpu_ms.values())
     assert stats[1].shadow_maps == 2 * stats[0].shadow_maps
     assert stats[1].lookups_per_pixel == 2 * stats[0].lookups_per_pixel

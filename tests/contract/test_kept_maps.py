@@ -18,9 +18,9 @@ import softshadows as ss
 import stage
 from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.device import acquire
-from softshadows.passes.shadow_atlas.plan import plan_atlas
-from softshadows.passes.shadow_atlas.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
 from softshadows.techniques import Adaptive, Technique, Uniform
+from softshadows.visibility.maps.plan import plan_atlas
+from softshadows.visibility.maps.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
 
 SIZE = (61, 45)
 KEEPING: dict[str, Technique] = {

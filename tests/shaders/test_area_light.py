@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 import wgpu
 
-import softshadows
-from softshadows.gpu.compose import compose
+from softshadows.gpu.compose import PACKAGE, compose
 from softshadows.gpu.layout import pack
-from softshadows.passes.lighting.lighting import Light, light_record, specular_tables
+from softshadows.lights.record import light_record, specular_tables
 from softshadows.scene.lights import (
     DirectionalLight,
     DiskLight,
@@ -22,7 +20,6 @@ from softshadows.scene.lights import (
     SpotLight,
 )
 
-SHADERS = Path(softshadows.__file__).parent / "shaders"
 WHITE = (1.0, 1.0, 1.0)
 RELATIVE = 1e-5  # of irradiance, except where less than
 ABSOLUTE = 3e-7  # of the π that a light all around gives
@@ -79,7 +76,7 @@ def device() -> wgpu.GPUDevice:
 
 @cache
 def pipeline(library: str, kernel: str) -> wgpu.GPUComputePipeline:
-    code = compose(SHADERS / library, (Light,)).text + kernel
+    code = compose(PACKAGE / library).text + kernel
     module = device().create_shader_module(code=code)
     return device().create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "cs_test"})
 
@@ -123,7 +120,7 @@ def irradiance(lights: list, points: np.ndarray, normals: np.ndarray) -> np.ndar
     rows = np.zeros((len(lights), 2, 4), np.float32)
     rows[:, 0, :3], rows[:, 1, :3] = points, normals
     records = pack(*map(light_record, lights))
-    return run("area_light.wgsl", LIGHT_KERNEL, [records, rows.tobytes()], len(lights))[:, :2]
+    return run("lights/area_light.wgsl", LIGHT_KERNEL, [records, rows.tobytes()], len(lights))[:, :2]
 
 
 def radiance(lights: list, views: np.ndarray, roughness: np.ndarray, color=WHITE, metallic: float = 1.0) -> np.ndarray:
@@ -131,7 +128,7 @@ def radiance(lights: list, views: np.ndarray, roughness: np.ndarray, color=WHITE
     rows = np.zeros((len(lights), 2, 4), np.float32)
     rows[:, 0, :3], rows[:, 0, 3], rows[:, 1, :3], rows[:, 1, 3] = views, roughness, color, metallic
     inputs = [pack(*map(light_record, lights)), rows.tobytes()]
-    return run("area_light.wgsl", SURFACE_KERNEL, inputs, len(lights), textures=tuple(table_textures()))[:, :3]
+    return run("lights/area_light.wgsl", SURFACE_KERNEL, inputs, len(lights), textures=tuple(table_textures()))[:, :3]
 
 
 # -- The reference -----------------------------------------------------------------------------------------------------
@@ -442,7 +439,7 @@ def unpacked(values: np.ndarray) -> np.ndarray:
     """(n, 3, 4): normal, shared exponent and sRGB after a round trip of (n, 3) values."""
     rows = np.zeros((len(values), 4), np.float32)
     rows[:, :3] = values
-    return run("packing.wgsl", PACKING_KERNEL, [rows.tobytes()], len(values), results=3).reshape(-1, 3, 4)
+    return run("gpu/packing.wgsl", PACKING_KERNEL, [rows.tobytes()], len(values), results=3).reshape(-1, 3, 4)
 
 
 def test_normals_survive_packing_to_a_hundredth_of_a_degree() -> None:

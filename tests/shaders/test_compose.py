@@ -9,7 +9,7 @@ import pytest
 import wgpu
 
 from softshadows.errors import ShaderError
-from softshadows.gpu.compose import SHADERS, compose, shader_module
+from softshadows.gpu.compose import PACKAGE, compose, shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import F32, Struct, Vec3f
 
@@ -33,7 +33,7 @@ def run(path: Path) -> int:
     usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC
     result = device.create_buffer(size=16, usage=usage)
     pipeline = device.create_compute_pipeline(
-        layout="auto", compute={"module": shader_module(device, path), "entry_point": "cs_test"}
+        layout="auto", compute={"module": shader_module(device, compose(path), path.name), "entry_point": "cs_test"}
     )
     entries = [{"binding": 0, "resource": {"buffer": result}}]
     bindings = device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)
@@ -68,22 +68,41 @@ def test_circles_are_refused_with_their_chain(file: str, chain: str) -> None:
 def test_a_missing_include_is_named_with_its_line_and_where_it_was_sought() -> None:
     with pytest.raises(ShaderError, match=r"missing\.wgsl:2: .*nowhere\.wgsl") as error:
         compose(FILES / "missing.wgsl")
-    assert str(SHADERS) in str(error.value)
+    assert str(PACKAGE) in str(error.value)
     assert str(FILES) in str(error.value)
 
 
 def test_structs_are_declared_once_and_unknown_ones_refused(tmp_path: Path) -> None:
     shader = tmp_path / "twice.wgsl"
     shader.write_text("//#struct Pair\n//#struct Pair\n", encoding="utf-8")
-    source = compose(shader, (Pair,))
+    source = compose(shader)
     assert source.text == "struct Pair {\n    first: vec3f,\n    second: f32,\n};\n"
-    with pytest.raises(ShaderError, match=r"twice\.wgsl:1: no struct 'Pair'.*\[\]"):
+    shader.write_text("\n//#struct Triplet\n", encoding="utf-8")
+    with pytest.raises(ShaderError, match=r"twice\.wgsl:2: no struct 'Triplet'.*Pair"):
         compose(shader)
+
+
+def test_two_structs_of_one_name_are_refused() -> None:
+    with pytest.raises(AssertionError, match="two structs are called Pair"):
+        type("Pair", (Struct,), {"__module__": "elsewhere", "__annotations__": {"third": F32}})
+
+
+def test_a_stand_in_is_included_in_place_of_a_file_that_is_included() -> None:
+    real = {"visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl"}
+    occluded = PACKAGE / "visibility/rays/occluded.wgsl"
+    files = {file for file, _ in compose(occluded, real).origin}
+    assert "visibility/rays/no_cutouts.wgsl" in files
+    assert "visibility/rays/cutouts.wgsl" not in files
+
+
+def test_a_stand_in_for_what_nothing_includes_is_refused() -> None:
+    with pytest.raises(ShaderError, match=r"nothing includes what visibility/rays/no_cutouts\.wgsl"):
+        compose(FILES / "outer.wgsl", {"visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl"})
 
 
 def test_compile_errors_name_the_file_and_line_they_were_written_on() -> None:
     with pytest.raises(ShaderError, match=r"broken\.wgsl does not compile") as error:
-        shader_module(acquire().device, FILES / "broken.wgsl", (Pair,))
+        shader_module(acquire().device, compose(FILES / "broken.wgsl"), "broken.wgsl")
     assert "broken_part.wgsl:4:" in str(error.value)
     assert "third" in str(error.value)
 

@@ -14,9 +14,9 @@ import softshadows as ss
 import stage
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import dtype
-from softshadows.passes.shadow_atlas import shadow_atlas
 from softshadows.scene.builtin import shapes
 from softshadows.techniques.sampled import SampledPass
+from softshadows.visibility.maps import shadow_atlas
 
 GRID = 3
 EDGE_ON_SHARE = 1e-5  # of the texels

@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 import wgpu
 
-from softshadows.gpu import texture_pages, upload
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu import scene_buffers, texture_pages
+from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import F32, I32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f, dtype, pack, wgsl
+from softshadows.lights.record import Light
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.lighting.lighting import Light
-from softshadows.passes.shadow_atlas import shadow_atlas
+from softshadows.visibility.maps import structs
 
 ALIGNMENT_AND_SIZE = {
     "f32": (4, 4),
@@ -46,9 +45,8 @@ class Small(Struct):
 
 
 SHARED = [
-    FrameUniforms, Light, upload.VertexAttributes, upload.MaterialRecord, texture_pages.TextureRecord,
-    shadow_atlas.ShadowLight, shadow_atlas.ShadowView, shadow_atlas.ReceiverBox, shadow_atlas.OccluderBox,
-    shadow_atlas.Chunk,
+    FrameUniforms, Light, scene_buffers.VertexAttributes, scene_buffers.MaterialRecord, texture_pages.TextureRecord,
+    structs.ShadowLight, structs.ShadowView, structs.ReceiverBox, structs.OccluderBox, structs.Chunk,
 ]  # fmt: skip
 ALL = [Awkward, Small, *SHARED]
 
@@ -91,18 +89,18 @@ def test_values_survive_a_trip_through_a_shader(struct: type[Struct], tmp_path: 
         f"{members}}}\n",
         encoding="utf-8",
     )
-    copied = np.frombuffer(run(shader, [struct], values.tobytes(), 3), made)
+    copied = np.frombuffer(run(shader, values.tobytes(), 3), made)
     for name in made.names:
         np.testing.assert_array_equal(copied[name], values[name])
 
 
-def run(shader: Path, structs: Sequence[type[Struct]], data: bytes, groups: int) -> bytes:
+def run(shader: Path, data: bytes, groups: int) -> bytes:
     device = acquire().device
     usage = wgpu.BufferUsage
     result = device.create_buffer(size=len(data), usage=usage.STORAGE | usage.COPY_SRC)
     source = device.create_buffer_with_data(data=data, usage=usage.STORAGE)
     pipeline = device.create_compute_pipeline(
-        layout="auto", compute={"module": shader_module(device, shader, structs), "entry_point": "cs_copy"}
+        layout="auto", compute={"module": shader_module(device, compose(shader), shader.name), "entry_point": "cs_copy"}
     )
     entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate((result, source))]
     bindings = device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)

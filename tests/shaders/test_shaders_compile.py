@@ -13,22 +13,15 @@ from pathlib import Path
 
 import pytest
 
-import softshadows.frame
+import softshadows.renderer
 from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
-from softshadows.gpu.layout import Struct
 
 SOURCE = Path(softshadows.__file__).parent
 ENTRY = re.compile(r"^@(compute|vertex|fragment)\b", re.MULTILINE)
 SHADERS = sorted(path for path in SOURCE.rglob("*.wgsl") if ENTRY.search(path.read_text(encoding="utf-8")))
 
 
-def all_structs(base: type[Struct] = Struct) -> list[type[Struct]]:
-    """Every struct that Python shares with a shader, once the renderer is imported."""
-    return [struct for direct in base.__subclasses__() for struct in (direct, *all_structs(direct))]
-
-
-STRUCTS = tuple({struct.__name__: struct for struct in all_structs()}.values())
 NEEDS = {"enable clip_distances;": "clip-distances"}
 
 
@@ -36,7 +29,10 @@ def name_of(path: Path) -> str:
     return path.relative_to(SOURCE).as_posix()
 
 
-STAND_INS = {"known_by_map.wgsl": "known_by_nothing.wgsl", "cutouts.wgsl": "no_cutouts.wgsl"}
+STAND_INS = {
+    "visibility/hybrid.wgsl": "visibility/rays/known_by_nothing.wgsl",
+    "visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl",
+}
 """Files that others stand in for, where a scene or an option makes them unnecessary."""
 
 
@@ -45,8 +41,9 @@ def variants() -> dict[str, tuple[Path, dict[str, str]]]:
     """Every shader as it is, and with the stand-ins where it includes what they replace."""
     found: dict[str, tuple[Path, dict[str, str]]] = {name_of(path): (path, {}) for path in SHADERS}
     for path in SHADERS:
-        if {file for file, _ in compose(path, STRUCTS).origin} & set(STAND_INS):
-            found[f"{name_of(path)} with stand-ins"] = (path, STAND_INS)
+        replaced = {file for file, _ in compose(path).origin} & STAND_INS.keys()
+        if replaced:
+            found[f"{name_of(path)} with stand-ins"] = (path, {file: STAND_INS[file] for file in replaced})
     return found
 
 
@@ -81,13 +78,13 @@ def test_compiles_in_naga(name: str) -> None:
     missing = {feature for line, feature in NEEDS.items() if line in text} - acquire().features
     if missing:
         pytest.skip(f"this adapter lacks {', '.join(missing)}")
-    shader_module(acquire().device, path, STRUCTS, stand_ins)
+    shader_module(acquire().device, compose(path, stand_ins), name)
 
 
 def test_no_shader_is_forgotten() -> None:
     """Files without an entry point are libraries: some shader includes each of them."""
-    libraries = {path.name for path in SOURCE.rglob("*.wgsl")} - {path.name for path in SHADERS}
-    used = {file for path, stand_ins in variants().values() for file, _ in compose(path, STRUCTS, stand_ins).origin}
+    libraries = {name_of(path) for path in SOURCE.rglob("*.wgsl")} - {name_of(path) for path in SHADERS}
+    used = {file for path, stand_ins in variants().values() for file, _ in compose(path, stand_ins).origin}
     assert len(SHADERS) >= 10
     assert libraries <= used
 
@@ -126,7 +123,7 @@ def test_compiles_in_chromium(tmp_path: Path) -> None:
     chromium = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
     if chromium is None:
         pytest.skip("no Chromium is installed, so nothing is compiled by Tint")
-    sources = {name: compose(path, STRUCTS, stand_ins) for name, (path, stand_ins) in variants().items()}
+    sources = {name: compose(path, stand_ins) for name, (path, stand_ins) in variants().items()}
     sent = {name: source.text for name, source in sources.items()}
     sent["a shader with a mistake"] = "fn wrong() -> u32 { return 1.5; }"  # the compiler is really there
     result: dict[str, list[str]] = {}

@@ -9,11 +9,11 @@ import numpy.typing as npt
 import pytest
 import wgpu
 
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import dtype
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, ShadowLight
 from softshadows.scene.lights import DirectionalLight, RectLight
+from softshadows.visibility.maps.structs import ShadowLight
 
 COUNT = 500
 RELATIVE = 2e-6
@@ -21,7 +21,7 @@ NEAR, FAR = 0.01, 40.0
 RESULTS = 5
 
 KERNEL = """
-//#include "light_space.wgsl"
+//#include "visibility/maps/light_space.wgsl"
 @group(0) @binding(0) var<storage, read_write> result: array<vec4f>;
 @group(0) @binding(1) var<uniform> light: ShadowLight;
 @group(0) @binding(2) var<storage, read> cases: array<vec4f>;  // vector; normal, plane offset; position, texel extent
@@ -94,7 +94,7 @@ def run(kind: str, tmp_path: Path) -> npt.NDArray[np.float64]:
     ]
     pipeline = device.create_compute_pipeline(
         layout="auto",
-        compute={"module": shader_module(device, shader, SHADOW_STRUCTS), "entry_point": "cs_test"},
+        compute={"module": shader_module(device, compose(shader), shader.name), "entry_point": "cs_test"},
     )
     entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
     bindings = device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)

@@ -9,7 +9,7 @@ import wgpu
 
 import softshadows
 from occluding_edges_model import angles_share
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
 
 SHARE = Path(softshadows.__file__).parent / "techniques" / "occluding_edges" / "share.wgsl"
@@ -33,7 +33,7 @@ def run(cases: np.ndarray, tmp_path: Path) -> np.ndarray:
     result = device.create_buffer(size=4 * len(cases), usage=usage.STORAGE | usage.COPY_SRC)
     given = device.create_buffer_with_data(data=data.tobytes(), usage=usage.STORAGE)
     pipeline = device.create_compute_pipeline(
-        layout="auto", compute={"module": shader_module(device, shader, ()), "entry_point": "cs_test"}
+        layout="auto", compute={"module": shader_module(device, compose(shader), shader.name), "entry_point": "cs_test"}
     )
     entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate((result, given))]
     bindings = device.create_bind_group(layout=pipeline.get_bind_group_layout(0), entries=entries)

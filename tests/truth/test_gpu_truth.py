@@ -10,8 +10,8 @@ from test_truth import EDGE, FAR, ORACLES, RECT, assert_agrees, floor_frame, qua
 
 import softshadows as ss
 from softshadows.errors import DeviceError, OptionError
-from softshadows.passes.bvh.cast import Caster
 from softshadows.truth import visibility, visibility_from_points
+from softshadows.visibility.rays.cast import Caster
 from stage import LIGHTS, standard_scene
 
 SIZE = (96, 72)

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from softshadows.bench.suites import Settings, adaptive, baselines, find_suite
+from softshadows.bench.suites.adaptive import Rays, View, measure_view
+from softshadows.compare.console import figures_table
+from softshadows.compare.measure import label_of
+from softshadows.compare.results import results
 from softshadows.errors import SceneError
-from softshadows.report.console import figures_table
-from softshadows.report.measure import label_of
-from softshadows.report.results import results
-from softshadows.report.suites import Settings, adaptive, baselines, find_suite
-from softshadows.report.suites.adaptive import Rays, View, measure_view
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
 

@@ -11,10 +11,10 @@ import pytest
 from test_schema import made_up
 from typer.testing import CliRunner
 
-from softshadows.cli import app
+from softshadows.bench.benchmarks import IMAGES, benchmarks_page, committed_results
+from softshadows.bench.charts import COLOURS, Mark, chart
+from softshadows.cli.app import app
 from softshadows.errors import OptionError
-from softshadows.report.benchmarks import IMAGES, benchmarks_page, committed_results
-from softshadows.report.charts import COLOURS, Mark, chart
 
 SVG = "{http://www.w3.org/2000/svg}"
 

@@ -13,17 +13,17 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import dtype
+from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
-from softshadows.gpu.upload import SceneBuffers
-from softshadows.passes.bvh.bvh import BUILDERS, Bvh
-from softshadows.passes.bvh.cast import Caster
-from softshadows.passes.bvh.grid import TreeGrid
-from softshadows.passes.bvh.lbvh import BLOCK, DIGITS
-from softshadows.passes.bvh.sah import shape_by_area
-from softshadows.passes.bvh.shape import LEAF, LEAF_COUNT_SHIFT, MOST_IN_LEAF, Shape
 from softshadows.scene.geometry import flatten
 from softshadows.scene.solids import is_solid
 from softshadows.truth.occluders import Occluders
+from softshadows.visibility.rays.cast import Caster
+from softshadows.visibility.rays.grid import TreeGrid
+from softshadows.visibility.rays.lbvh import BLOCK, DIGITS
+from softshadows.visibility.rays.sah import shape_by_area
+from softshadows.visibility.rays.shape import LEAF, LEAF_COUNT_SHIFT, MOST_IN_LEAF, Shape
+from softshadows.visibility.rays.tree import BUILDERS, Bvh
 from stage import CAMERA, SIZE, box, moved, render, same_bits, standard_scene
 
 CPU_GPU = [builder for builder in BUILDERS if builder != "auto"]

@@ -10,9 +10,9 @@ import pytest
 from test_schema import PICTURE, made_up
 from typer.testing import CliRunner
 
-from softshadows.cli import app
+from softshadows.bench.changes import Changes, changes
+from softshadows.cli.app import app
 from softshadows.errors import OptionError
-from softshadows.report.changes import Changes, changes
 
 
 def with_technique(**figures: object) -> dict:

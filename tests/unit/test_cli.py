@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner, Result
 
-from softshadows.cli import app
+from softshadows.cli.app import app
 from softshadows.scene.builtin import SCENES
 from softshadows.techniques import TECHNIQUES
 
@@ -118,7 +118,7 @@ def test_techniques_are_listed_with_their_options() -> None:
 
 
 def test_help_names_every_suite() -> None:
-    from softshadows.report.suites import SUITES
+    from softshadows.bench.suites import SUITES
 
     output = run("bench run --help").output
     assert all(name in output for name in SUITES)
@@ -133,14 +133,15 @@ def test_help_answers_quickly() -> None:
     times = []
     for _ in range(3):
         started = time.perf_counter()
-        subprocess.run([sys.executable, "-c", "import softshadows.cli"], check=True)
+        subprocess.run([sys.executable, "-c", "import softshadows.cli.app"], check=True)
         times.append(time.perf_counter() - started)
     assert min(times) < 0.5
 
 
 def test_the_command_line_imports_nothing_heavy() -> None:
     program = (
-        "import sys, softshadows.cli; print([m for m in ('trimesh', 'embreex', 'OpenEXR', 'PIL') if m in sys.modules])"
+        "import sys, softshadows.cli.app; "
+        "print([m for m in ('trimesh', 'embreex', 'OpenEXR', 'PIL') if m in sys.modules])"
     )
     output = subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True).stdout
     assert output.strip() == "[]"

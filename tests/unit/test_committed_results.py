@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from softshadows.report.benchmarks import IMAGES, benchmarks_page, committed_results
-from softshadows.report.schema import read_results
+from softshadows.bench.benchmarks import IMAGES, benchmarks_page, committed_results
+from softshadows.compare.schema import read_results
 
 ROOT = Path(__file__).parents[2]
 

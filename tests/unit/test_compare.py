@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from softshadows.cli import app
+from softshadows.cli.app import app
+from softshadows.compare import comparison
+from softshadows.compare.comparison import Effort, Picture, compare
+from softshadows.compare.console import time_left
+from softshadows.compare.kept import Kept, digest
+from softshadows.compare.measure import Measurement
+from softshadows.compare.schedule import Schedule
+from softshadows.compare.schema import read_results
 from softshadows.errors import DeviceError, OptionError
-from softshadows.report import compare as comparison
-from softshadows.report.compare import Effort, Picture, compare
-from softshadows.report.console import time_left
-from softshadows.report.kept import Kept, digest
-from softshadows.report.measure import Measurement
-from softshadows.report.schedule import Schedule
-from softshadows.report.schema import read_results
 from softshadows.scene.lights import LineLight
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
@@ -160,7 +160,7 @@ def test_techniques_that_refuse_a_picture_are_named(tmp_path: Path, monkeypatch:
 def test_the_schedule_tells_shares_of_time(monkeypatch: pytest.MonkeyPatch) -> None:
     """A fast and a slow kind, twice: after the first picture the share is that of the time."""
     clock = [0.0]
-    monkeypatch.setattr("softshadows.report.schedule.time.perf_counter", lambda: clock[0])
+    monkeypatch.setattr("softshadows.compare.schedule.time.perf_counter", lambda: clock[0])
     told: list[float] = []
     schedule = Schedule(lambda doing, share: told.append(share))
     for kind in ("fast", "slow") * 2:

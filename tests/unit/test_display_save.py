@@ -10,10 +10,10 @@ import OpenEXR
 import pytest
 from PIL import Image
 
-from softshadows import save
-from softshadows.display import automatic_exposure, display, encode_srgb, film_curve
 from softshadows.errors import OptionError
-from softshadows.save import save_frame, save_png
+from softshadows.image import files as save
+from softshadows.image.display import automatic_exposure, display, encode_srgb, film_curve
+from softshadows.image.files import save_frame, save_png
 
 
 @pytest.fixture

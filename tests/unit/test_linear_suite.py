@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from softshadows.bench.suites import Settings, baselines, find_suite, linear
+from softshadows.bench.suites.linear import View, measure_view, views
+from softshadows.compare.results import results
 from softshadows.errors import SceneError
-from softshadows.report.results import results
-from softshadows.report.suites import Settings, baselines, find_suite, linear
-from softshadows.report.suites.linear import View, measure_view, views
 from softshadows.scene.lights import LineLight
 from softshadows.techniques import OccludingEdges, Uniform
 

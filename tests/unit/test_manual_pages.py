@@ -13,7 +13,7 @@ from softshadows.techniques.base import numbers_of
 from softshadows.techniques.manual import HEADINGS, manual, section, sentence, summary
 
 TAG = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?(?: [^\]]+)?)\]")
-SHADERS = Path(sys.modules["softshadows.techniques"].__file__ or "").parent.parent / "shaders"
+SOURCE = Path(sys.modules["softshadows.techniques"].__file__ or "").parent.parent
 
 techniques = pytest.mark.parametrize("name", list(TECHNIQUES))
 
@@ -53,7 +53,8 @@ def test_the_section_map_agrees_with_the_shader(name: str) -> None:
     """Tags of the map and of the technique's own shaders are the same; keys are the papers'; functions exist."""
     technique = TECHNIQUES[name]
     own = {path.name: path.read_text(encoding="utf-8") for path in folder_of(name).glob("*.wgsl")}
-    shared = {path.name: path.read_text(encoding="utf-8") for path in SHADERS.glob("*.wgsl")}
+    files = [path for path in SOURCE.rglob("*.wgsl") if "techniques" not in path.parts]
+    shared = {path.name: path.read_text(encoding="utf-8") for path in files}
     section_map = section(technique, "Section map")
     if section_map.strip() == "none.":
         assert section(technique, "Paper") == "none."

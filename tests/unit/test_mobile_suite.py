@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from softshadows.report.suites import Settings, find_suite, mobile
+from softshadows.bench.suites import Settings, find_suite, mobile
 from softshadows.scene import builtin
 from softshadows.scene.geometry import flatten
 from softshadows.scene.shot import Shot

@@ -12,11 +12,11 @@ import numpy as np
 import pytest
 
 import made_up
-from softshadows.report.measure import Measurement
-from softshadows.report.page import page
-from softshadows.report.page.payload import FULL, pack_mask, pack_visibility, payload
-from softshadows.report.page.plot import Point, pareto_front, plot
-from softshadows.report.page.tables import COLUMNS, overall_table
+from softshadows.compare.measure import Measurement
+from softshadows.compare.page import page
+from softshadows.compare.page.payload import FULL, pack_mask, pack_visibility, payload
+from softshadows.compare.page.plot import Point, pareto_front, plot
+from softshadows.compare.page.tables import COLUMNS, overall_table
 from softshadows.techniques import TECHNIQUES
 from softshadows.techniques.manual import sentence
 

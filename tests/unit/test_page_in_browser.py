@@ -13,7 +13,7 @@ import pytest
 
 import made_up
 from softshadows import metrics
-from softshadows.report.page import page as page_text
+from softshadows.compare.page import page as page_text
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

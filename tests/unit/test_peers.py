@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import softshadows as ss
-from softshadows.report.measure import Measurement, yardstick
-from softshadows.report.schema import TECHNIQUE, check
+from softshadows.compare.measure import Measurement, yardstick
+from softshadows.compare.schema import TECHNIQUE, check
 from softshadows.scene.shot import open_shot
 
 PEERS = Path(__file__).parents[2] / "benchmarks" / "peers"

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from softshadows.bench.benchmarks import benchmarks_page
+from softshadows.bench.suites import Settings, find_suite, rays
+from softshadows.bench.suites.adaptive import FacingSurfaces
+from softshadows.bench.suites.baselines import SCENES_VARIABLE
+from softshadows.bench.suites.rays import View, cast_by_both, hills, measure_view
+from softshadows.compare.results import results
 from softshadows.errors import SceneError
-from softshadows.report.benchmarks import benchmarks_page
-from softshadows.report.results import results
-from softshadows.report.suites import Settings, find_suite, rays
-from softshadows.report.suites.adaptive import FacingSurfaces
-from softshadows.report.suites.baselines import SCENES_VARIABLE
-from softshadows.report.suites.rays import View, cast_by_both, hills, measure_view
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import Adaptive
 from softshadows.truth.gpu_occluders import GpuOccluders

@@ -12,15 +12,16 @@ from PIL import Image
 from typer.testing import CliRunner
 
 import made_up
-from softshadows.cli import app
+from softshadows.bench import suites
+from softshadows.bench.suites import baselines
+from softshadows.cli import demo
+from softshadows.cli.app import app
+from softshadows.compare.comparison import file_stem, write_report
+from softshadows.compare.console import results_table
+from softshadows.compare.measure import measure
+from softshadows.compare.results import results, write_bytes
+from softshadows.compare.schema import RESULTS, check, read_results
 from softshadows.errors import DeviceError, OptionError, SceneError
-from softshadows.report import demo, suites
-from softshadows.report.compare import file_stem, write_report
-from softshadows.report.console import results_table
-from softshadows.report.measure import measure
-from softshadows.report.results import results, write_bytes
-from softshadows.report.schema import RESULTS, check, read_results
-from softshadows.report.suites import baselines
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
 
@@ -28,7 +29,7 @@ from softshadows.techniques import make_technique
 @pytest.fixture(autouse=True)
 def known_environment(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     if "real" not in request.node.name:
-        monkeypatch.setattr("softshadows.report.results.environment", lambda: made_up.ENVIRONMENT)
+        monkeypatch.setattr("softshadows.compare.results.environment", lambda: made_up.ENVIRONMENT)
 
 
 def test_report_files(tmp_path: Path) -> None:
@@ -119,7 +120,7 @@ def test_real_failure_is_skipped_or_raised(monkeypatch: pytest.MonkeyPatch) -> N
     def fail(*arguments: object, **options: object) -> None:
         raise DeviceError("too little memory")
 
-    monkeypatch.setattr("softshadows.report.turns.Renderer", fail)
+    monkeypatch.setattr("softshadows.compare.turns.Renderer", fail)
     with pytest.raises(DeviceError):
         measure(small_shot(), [make_technique("hard")], samples=1)
     measurement = measure(small_shot(), [make_technique("hard")], samples=1, skip=True)

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from softshadows.report.results import results
-from softshadows.report.suites import Settings, find_suite, scaling
+from softshadows.bench.suites import Settings, find_suite, scaling
+from softshadows.compare.results import results
 from softshadows.techniques import make_technique
 
 

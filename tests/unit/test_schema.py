@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
+from softshadows.compare.results import SCHEMA
+from softshadows.compare.schema import RESULTS, check, read_results
 from softshadows.errors import OptionError
 from softshadows.metrics import Comparison
-from softshadows.report.results import SCHEMA
-from softshadows.report.schema import RESULTS, check, read_results
 
 TIMING = {"median_ms": 2.0, "fastest_ms": 1.0, "slowest_ms": 3, "frames": 5}
 COMPARISON = {field.name: 0.01 for field in dataclasses.fields(Comparison)}

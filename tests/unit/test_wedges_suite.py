@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from softshadows.report.compare import file_stem
-from softshadows.report.console import figures_table
-from softshadows.report.suites import Settings, find_suite, wedges
-from softshadows.report.suites.wedges import View, growth, measure_view
+from softshadows.bench.suites import Settings, find_suite, wedges
+from softshadows.bench.suites.wedges import View, growth, measure_view
+from softshadows.compare.comparison import file_stem
+from softshadows.compare.console import figures_table
 from softshadows.techniques import make_technique
 
 SIZE = (48, 36)

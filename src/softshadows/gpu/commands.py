@@ -8,6 +8,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import Any
 
 import wgpu
 
@@ -35,6 +36,13 @@ class Commands:
         compute = self.encoder.begin_compute_pass(timestamp_writes=self.timer.writes(name))
         yield compute
         compute.end()
+
+    @contextmanager
+    def draw(self, name: str, **attachments: Any) -> Iterator[wgpu.GPURenderPassEncoder]:
+        """A render pass into `attachments`, as begin_render_pass takes them, timed under `name`."""
+        draw = self.encoder.begin_render_pass(timestamp_writes=self.timer.writes(name), **attachments)
+        yield draw
+        draw.end()
 
     def account(self, milliseconds: float) -> None:
         """Count work just encoded; starts a new submit when what is pending reaches SUBMIT_MS."""

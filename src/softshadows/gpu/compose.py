@@ -1,7 +1,7 @@
 """WGSL files put together: includes, generated structs, and compile errors that name the right file and line.
 
-    //#include "shadow_map.wgsl"     that file once, looked for beside the including file, then in shaders/
-    //#struct Light                  the WGSL declaration of the Python struct of that name, once
+    //#include "receiver.wgsl"       that file once: beside the including file, or by its path from the package's folder
+    //#struct Light                  the WGSL declaration of the Python struct of that name (layout.py), once
 
 Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
 how one shader is built for maps, for rays or for both.
@@ -10,16 +10,17 @@ how one shader is built for maps, for rays or for both.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import wgpu
 
 from softshadows.errors import ShaderError
-from softshadows.gpu.layout import Struct, wgsl
+from softshadows.gpu.layout import struct_named, wgsl
 
-SHADERS = Path(__file__).resolve().parent.parent / "shaders"
+PACKAGE = Path(__file__).resolve().parent.parent
+"""Where paths of includes and stand-ins begin."""
 _DIRECTIVE = re.compile(r'^//#(include|struct)\s+"?([\w./]+)"?\s*$')
 _ERROR_LINE = re.compile(r"wgsl:(\d+):(\d+)")
 
@@ -41,64 +42,74 @@ class Source:
         return _ERROR_LINE.sub(place, message)
 
 
-def compose(path: Path, structs: Sequence[type[Struct]] = (), stand_ins: Mapping[str, str] | None = None) -> Source:
-    """The file with its includes and structs resolved. Raises ShaderError for a missing or circular include.
+def compose(path: Path, stand_ins: Mapping[str, str] | None = None) -> Source:
+    """The file with its includes and structs resolved.
 
-    `stand_ins` maps a file's name to that of the one that is included in its place.
+    `stand_ins` maps a file's path from the package's folder to that of the one that is included in its place. Raises
+    ShaderError for a missing or circular include, and for a stand-in whose file nothing includes.
     """
-    replaced = dict(stand_ins or {})
-    named = {struct.__name__: struct for struct in structs}
+    replaced = {PACKAGE / old: PACKAGE / new for old, new in (stand_ins or {}).items()}
     lines: list[str] = []
     origin: list[tuple[str, int]] = []
-    done: set[str] = set()
+    done: set[Path | str] = set()
 
-    def resolve(file: Path, open_files: tuple[Path, ...]) -> None:
+    def declare(struct: str, where: str) -> None:
+        if struct not in done:
+            done.add(struct)
+            declaration = wgsl(struct_named(struct, where)).splitlines()
+            lines.extend(declaration)
+            origin.extend([(f"struct {struct}", 1)] * len(declaration))
+
+    def include(file: Path, open_files: tuple[Path, ...]) -> None:
+        file = replaced.get(file, file)
         if file in open_files:
-            chain = " -> ".join(part.name for part in (*open_files, file))
+            chain = " -> ".join(label(part) for part in (*open_files, file))
             raise ShaderError(f"circular include: {chain}")
+        if file in done:
+            return
         for number, line in enumerate(file.read_text(encoding="utf-8").splitlines(), start=1):
-            directive = _DIRECTIVE.match(line)
-            if directive is None:
-                lines.append(line)
-                origin.append((file.name, number))
-                continue
-            kind, name = directive.groups()
-            name = replaced.get(name, name)
-            key = f"{kind} {name}"
-            if kind == "struct":
-                if name not in named:
-                    raise ShaderError(f"{file.name}:{number}: no struct {name!r} was given; known: {sorted(named)}")
-                if key not in done:
-                    declaration = wgsl(named[name]).splitlines()
-                    lines.extend(declaration)
-                    origin.extend([(f"struct {name}", 1)] * len(declaration))
-            else:
-                candidates = [folder / name for folder in (file.parent, SHADERS)]
-                found = next((candidate for candidate in candidates if candidate.is_file()), None)
-                if found is None:
-                    raise ShaderError(
-                        f"{file.name}:{number}: include {name!r} was found in none of {[str(c) for c in candidates]}"
-                    )
-                if found in open_files or key not in done:
-                    resolve(found, (*open_files, file))
-            done.add(key)
+            where = f"{label(file)}:{number}"
+            match _directive(line):
+                case ("struct", name):
+                    declare(name, where)
+                case ("include", name):
+                    include(_find(name, file.parent, where), (*open_files, file))
+                case _:
+                    lines.append(line)
+                    origin.append((label(file), number))
+        done.add(file)
 
-    resolve(path, ())
+    include(path.resolve(), ())
+    unused = [label(new) for new in replaced.values() if new not in done]
+    if unused:
+        raise ShaderError(f"{label(path)}: nothing includes what {', '.join(unused)} would stand in for")
     # Directives that enable extensions must come before everything else, wherever the file that needs them is included.
     enables = [index for index, line in enumerate(lines) if line.startswith("enable ")]
     order = enables + [index for index in range(len(lines)) if index not in set(enables)]
     return Source("\n".join(lines[i] for i in order) + "\n", [origin[i] for i in order])
 
 
-def shader_module(
-    device: wgpu.GPUDevice,
-    path: Path,
-    structs: Sequence[type[Struct]] = (),
-    stand_ins: Mapping[str, str] | None = None,
-) -> wgpu.GPUShaderModule:
-    """The compiled file. Raises ShaderError with the compiler's message, file and line."""
-    source = compose(path, structs, stand_ins)
+def label(file: Path) -> str:
+    """A shader's path from the package's folder; a file outside of it goes by its name."""
+    return file.relative_to(PACKAGE).as_posix() if file.is_relative_to(PACKAGE) else file.name
+
+
+def _directive(line: str) -> tuple[str, str] | None:
+    match = _DIRECTIVE.match(line)
+    return (match[1], match[2]) if match else None
+
+
+def _find(name: str, folder: Path, where: str) -> Path:
+    candidates = [(folder / name).resolve(), PACKAGE / name]
+    for candidate in candidates:
+        if candidate.is_file():
+            return candidate
+    raise ShaderError(f"{where}: include {name!r} was found in none of {[str(place) for place in candidates]}")
+
+
+def shader_module(device: wgpu.GPUDevice, source: Source, name: str) -> wgpu.GPUShaderModule:
+    """The compiled source, labelled `name`. Raises ShaderError with the compiler's message, file and line."""
     try:
-        return device.create_shader_module(label=path.name, code=source.text)
+        return device.create_shader_module(label=name, code=source.text)
     except wgpu.GPUError as error:
-        raise ShaderError(f"{path.name} does not compile:\n{source.locate(str(error))}") from None
+        raise ShaderError(f"{name} does not compile:\n{source.locate(str(error))}") from None

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
+from typing import Any
 
 import wgpu
 
@@ -74,12 +75,16 @@ through the spokes of a wheel have exceeded."""
 
 @dataclass(frozen=True, eq=False)
 class Gpu:
-    """A device and what it may use. `fallbacks` names the optional features it lacks, with the consequence."""
+    """A device and what it may use. `fallbacks` names the optional features it lacks, with the consequence.
+
+    `pipelines` holds the modules and pipelines made so far (program.py).
+    """
 
     adapter: wgpu.GPUAdapter
     device: wgpu.GPUDevice
     features: frozenset[str]
     fallbacks: list[str] = field(default_factory=list)
+    pipelines: dict[object, Any] = field(default_factory=dict)
 
     @property
     def is_cpu(self) -> bool:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import wgpu
 
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu.compose import compose, label, shader_module
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.layout import Struct
 
 Resource = wgpu.GPUBuffer | wgpu.GPUTextureView
 
@@ -25,13 +24,12 @@ class Kernel:
         gpu: Gpu,
         file: Path,
         entry: str,
-        structs: Sequence[type[Struct]],
         groups: Mapping[int, Mapping[int, Resource]],
         constants: Mapping[str, float] | None = None,
         stand_ins: Mapping[str, str] | None = None,
     ) -> None:
         self._device = gpu.device
-        module = shader_module(gpu.device, file, structs, stand_ins)
+        module = shader_module(gpu.device, compose(file, stand_ins), label(file))
         compute = {"module": module, "entry_point": entry, "constants": dict(constants or {})}
         self._pipeline = gpu.device.create_compute_pipeline(layout="auto", compute=compute)
         self._groups = {group: self.bind(group, resources) for group, resources in groups.items()}

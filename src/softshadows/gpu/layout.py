@@ -16,6 +16,8 @@ from typing import Annotated, dataclass_transform, get_type_hints
 
 import numpy as np
 
+from softshadows.errors import ShaderError
+
 # A field's type for Python, and what it is in WGSL.
 F32 = Annotated[float, "f32"]
 U32 = Annotated[int, "u32"]
@@ -24,6 +26,9 @@ Vec2f = Annotated[tuple[float, float], "vec2f"]
 Vec3f = Annotated[tuple[float, float, float], "vec3f"]
 Vec4f = Annotated[tuple[float, float, float, float], "vec4f"]
 Vec2u = Annotated[tuple[int, int], "vec2u"]
+
+_STRUCTS: dict[str, type[Struct]] = {}
+"""Every struct that Python shares with a shader, by name."""
 
 _SCALARS = {"f": "<f4", "u": "<u4", "i": "<i4"}
 
@@ -34,6 +39,16 @@ class Struct:
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True)(cls)
+        earlier = _STRUCTS.setdefault(cls.__name__, cls)
+        assert earlier.__module__ == cls.__module__, f"two structs are called {cls.__name__}: shaders know one"
+        _STRUCTS[cls.__name__] = cls
+
+
+def struct_named(name: str, where: str) -> type[Struct]:
+    """The struct that a shader asks for at `where`. Raises ShaderError where no imported module declares one."""
+    if name not in _STRUCTS:
+        raise ShaderError(f"{where}: no struct {name!r} is declared in Python; known: {', '.join(sorted(_STRUCTS))}")
+    return _STRUCTS[name]
 
 
 def _member(wgsl_type: str) -> tuple[str, int, int, int]:

@@ -7,14 +7,13 @@ the GPU is to write the frame's number after its results.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.compose import shader_module
 from softshadows.gpu.device import Gpu
+from softshadows.gpu.program import Program
 
 _ROW_ALIGNMENT = 256  # WebGPU: bytes per row of a texture-to-buffer copy
 
@@ -41,15 +40,8 @@ class Readback:
         usage = wgpu.BufferUsage
         self._word = gpu.device.create_buffer(size=16, usage=usage.STORAGE | usage.COPY_SRC)
         self._number = gpu.device.create_buffer(size=16, usage=usage.UNIFORM | usage.COPY_DST)
-        module = shader_module(gpu.device, Path(__file__).with_name("completion.wgsl"))
-        self._pipeline = gpu.device.create_compute_pipeline(
-            layout="auto", compute={"module": module, "entry_point": "cs_complete"}
-        )
-        entries = [
-            {"binding": 0, "resource": {"buffer": self._number}},
-            {"binding": 1, "resource": {"buffer": self._word}},
-        ]
-        self._bindings = gpu.device.create_bind_group(layout=self._pipeline.get_bind_group_layout(0), entries=entries)
+        resources = {"frame_number": self._number, "completion_word": self._word}
+        self._complete = Program(gpu, "gpu/completion.wgsl", "cs_complete", resources)
 
     @property
     def size(self) -> int:
@@ -91,9 +83,7 @@ class Readback:
         self._frame = (self._frame + 1) & 0xFFFFFFFF
         self._gpu.device.queue.write_buffer(self._number, 0, np.array([self._frame, 0, 0, 0], np.uint32))
         compute = encoder.begin_compute_pass(label="completion")
-        compute.set_pipeline(self._pipeline)
-        compute.set_bind_group(0, self._bindings)
-        compute.dispatch_workgroups(1)
+        self._complete.dispatch(compute, (1,))
         compute.end()
         encoder.copy_buffer_to_buffer(self._word, 0, self._staging, self._size, 16)
 

@@ -17,7 +17,7 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.upload import SceneBuffers
+from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import Light
 

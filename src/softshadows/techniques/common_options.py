@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
+from softshadows.lights.jitter import OFFSETS
 from softshadows.techniques.base import VISIBILITIES, option
-from softshadows.techniques.sub_positions import OFFSETS
 
 DEFAULT_MEMORY_BUDGET = 512
 """MiB that the shadow maps drawn at one time may take."""

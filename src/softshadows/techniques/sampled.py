@@ -13,16 +13,13 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.compose import shader_module
-from softshadows.gpu.layout import Struct
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_atlas
-from softshadows.passes.shadow_atlas.shadow_atlas import SampledLight, ShadowAtlas
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
+from softshadows.gpu.compose import compose, shader_module
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
 from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET
+from softshadows.visibility.maps.plan import AtlasPlan, plan_atlas
+from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
 
 Samples = tuple[np.ndarray, np.ndarray]
 """points (places × n, 2) in light space, metres, and weights (n,). Shadow maps have one place (sub_positions.py)."""
@@ -57,7 +54,6 @@ class SampledPass(TechniquePass):
         search_margin: float = 0.0,
         memory_budget: int = DEFAULT_MEMORY_BUDGET,
         keeps_maps: bool = False,
-        structs: Sequence[type[Struct]] = (),
         stand_ins: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__()
@@ -69,7 +65,7 @@ class SampledPass(TechniquePass):
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
         device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
-        self._module = shader_module(device, shader, (FrameUniforms, Chunk, *SHADOW_STRUCTS, *structs), stand_ins)
+        self._module = shader_module(device, compose(shader, stand_ins), shader.name)
         self._constants = dict(constants or {})
         # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage. Its
         # place, bind group 1, is for what a technique has beside.

@@ -10,13 +10,13 @@ import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.passes.bvh.bvh import CUT_SHORT, TREE_STRUCTS, tree_of
-from softshadows.passes.denoise.denoise import Denoise
-from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_atlas, plan_without_maps
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, Samples
+from softshadows.visibility.denoise.denoise import Denoise
+from softshadows.visibility.maps.plan import AtlasPlan, plan_atlas, plan_without_maps
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
+from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
 
 
 def check_ray_options(technique: str, visibility: str, offsets: str, *, denoise: bool) -> None:
@@ -51,7 +51,7 @@ class TracedPass(SampledPass):
         self._places = places
         self._tree, self._uses_maps = tree_of(context.scene), uses_maps
         self._report = context.gpu.storage_buffer(4, "the rays' report")
-        known = {} if uses_maps else {"known_by_map.wgsl": "known_by_nothing.wgsl"}
+        known = {} if uses_maps else {"visibility/hybrid.wgsl": "visibility/rays/known_by_nothing.wgsl"}
         super().__init__(
             context,
             shader,
@@ -62,7 +62,6 @@ class TracedPass(SampledPass):
             bias_scale=bias_scale,
             memory_budget=memory_budget,
             keeps_maps=uses_maps,
-            structs=TREE_STRUCTS,
             stand_ins={**known, **self._tree.stand_ins},
         )
         self._beside_layout, self._beside = self._tree.bind()

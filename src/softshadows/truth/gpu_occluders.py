@@ -10,11 +10,11 @@ import threading
 import numpy as np
 
 from softshadows.gpu.device import acquire
-from softshadows.gpu.upload import SceneBuffers
-from softshadows.passes.bvh.bvh import Bvh
-from softshadows.passes.bvh.cast import PACKET, Caster
+from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.scene.geometry import Geometry
 from softshadows.truth.tracer import NOT_ASKED, Array, Bools, Floats, Tracer
+from softshadows.visibility.rays.cast import PACKET, Caster
+from softshadows.visibility.rays.tree import Bvh
 
 
 class GpuOccluders(Tracer):

@@ -5,22 +5,19 @@ Two steps: draw the nearest triangle's number, then intersect each pixel's ray w
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import wgpu
 
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, Vec3f, dtype, pack
-from softshadows.gpu.texture_pages import TextureRecord
-from softshadows.gpu.timing import PassTimer
-from softshadows.gpu.upload import MaterialRecord, SceneBuffers, VertexAttributes
+from softshadows.gpu.program import DrawProgram, Program, Resource
+from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.scene.camera import Camera
 
-_HERE = Path(__file__).parent
 _USAGE = wgpu.TextureUsage
-SCENE_STRUCTS = (VertexAttributes, MaterialRecord, TextureRecord)
 BYTES_PER_PIXEL = 4 + 4 + 16 + 16 + 16
+_TRIANGLES = {"topology": "triangle-list", "cull_mode": "none"}
+_NEAREST = {"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"}
 
 
 class FrameUniforms(Struct):
@@ -62,54 +59,35 @@ class GBuffer:
         self.position = texture("rgba32float", read)
         self.normal = texture("rgba32float", read)
         self.material = texture("rgba32uint", read)
+        self.position_view, self.normal_view = self.position.create_view(), self.normal.create_view()
+        self.material_view = self.material.create_view()
         buffer = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
         self.uniforms = device.create_buffer(size=dtype(FrameUniforms).itemsize, usage=buffer)
 
-        stages = wgpu.ShaderStage
-        frame = {"binding": 0, "visibility": stages.VERTEX | stages.FRAGMENT, "buffer": {"type": "uniform"}}
-        frame_layout = device.create_bind_group_layout(entries=[frame])
-        self._frame = device.create_bind_group(
-            layout=frame_layout, entries=[{"binding": 0, "resource": {"buffer": self.uniforms}}]
-        )
         self.receiver_layout, self.receiver_bindings = self._bind_receivers()
-        module = shader_module(device, _HERE / "gbuffer.wgsl", (FrameUniforms, *SCENE_STRUCTS))
-        layout = device.create_pipeline_layout(bind_group_layouts=[frame_layout, scene.layout])
+        seen: dict[str, Resource] = {**scene.resources, "frame": self.uniforms}
         self._opaque, self._masked = (
-            device.create_render_pipeline(
-                layout=layout,
-                vertex={"module": module, "entry_point": "vs_triangle"},
-                primitive={"topology": "triangle-list", "cull_mode": "none"},
-                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": "greater"},
-                fragment={"module": module, "entry_point": entry, "targets": [{"format": "r32uint"}]},
+            DrawProgram(
+                gpu,
+                "passes/gbuffer/gbuffer.wgsl",
+                "vs_triangle",
+                fragment,
+                seen,
+                state={"primitive": _TRIANGLES, "depth_stencil": _NEAREST},
+                targets=[{"format": "r32uint"}],
             )
-            for entry in ("fs_opaque", "fs_masked")
+            for fragment in ("fs_opaque", "fs_masked")
         )
-
-        def storage(binding: int, format: str) -> dict:
-            access = {"access": "write-only", "format": format}
-            return {"binding": binding, "visibility": stages.COMPUTE, "storage_texture": access}
-
-        resolve_layout = device.create_bind_group_layout(
-            entries=[
-                {"binding": 0, "visibility": stages.COMPUTE, "buffer": {"type": "uniform"}},
-                {"binding": 1, "visibility": stages.COMPUTE, "texture": {"sample_type": "uint"}},
-                storage(2, "rgba32float"),
-                storage(3, "rgba32float"),
-                storage(4, "rgba32uint"),
-            ]
-        )
-        resources = [{"buffer": self.uniforms}] + [
-            view.create_view() for view in (self._numbers, self.position, self.normal, self.material)
-        ]
-        self._resolve_bindings = device.create_bind_group(
-            layout=resolve_layout,
-            entries=[{"binding": i, "resource": resource} for i, resource in enumerate(resources)],
-        )
-        self._resolve = device.create_compute_pipeline(
-            layout=device.create_pipeline_layout(bind_group_layouts=[resolve_layout, scene.layout]),
-            compute={
-                "module": shader_module(device, _HERE / "resolve.wgsl", (FrameUniforms, *SCENE_STRUCTS)),
-                "entry_point": "cs_resolve",
+        self._resolve = Program(
+            gpu,
+            "passes/gbuffer/resolve.wgsl",
+            "cs_resolve",
+            {
+                **seen,
+                "triangle_numbers": self._numbers_view,
+                "g_position": self.position_view,
+                "g_normal": self.normal_view,
+                "g_material": self.material_view,
             },
         )
 
@@ -126,6 +104,11 @@ class GBuffer:
         resources = [{"buffer": self.uniforms}, self.position.create_view(), self.normal.create_view()]
         entries = [{"binding": i, "resource": resource} for i, resource in enumerate(resources)]
         return layout, self._gpu.device.create_bind_group(layout=layout, entries=entries)
+
+    @property
+    def resources(self) -> dict[str, Resource]:
+        """What receiver.wgsl declares: the camera, and the surface at every pixel."""
+        return {"frame": self.uniforms, "g_position": self.position_view, "g_normal": self.normal_view}
 
     def set_camera(self, camera: Camera, light_count: int) -> None:
         """Write the frame's uniforms."""
@@ -146,36 +129,21 @@ class GBuffer:
         )
         self._gpu.device.queue.write_buffer(self.uniforms, 0, pack(uniforms))
 
-    def encode(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
+    def encode(self, commands: Commands) -> None:
         scene = self._scene
-        color = {
-            "view": self._numbers.create_view(),
-            "load_op": "clear",
-            "store_op": "store",
-            "clear_value": (0, 0, 0, 0),
-        }
+        color = {"view": self._numbers_view, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 0)}
         depth = {
             "view": self._depth_view,
             "depth_load_op": "clear",
             "depth_store_op": "discard",
             "depth_clear_value": 0.0,
         }
-        draw = encoder.begin_render_pass(
-            color_attachments=[color], depth_stencil_attachment=depth, timestamp_writes=timer.writes("gbuffer")
-        )
-        draw.set_bind_group(0, self._frame)
-        draw.set_bind_group(1, scene.bindings)
-        if scene.opaque_count:
-            draw.set_pipeline(self._opaque)
-            draw.draw(3 * scene.opaque_count)
-        if scene.triangle_count > scene.opaque_count:
-            draw.set_pipeline(self._masked)
-            draw.draw(3 * (scene.triangle_count - scene.opaque_count), 1, 3 * scene.opaque_count)
-        draw.end()
-
-        resolve = encoder.begin_compute_pass(timestamp_writes=timer.writes("gbuffer"))
-        resolve.set_pipeline(self._resolve)
-        resolve.set_bind_group(0, self._resolve_bindings)
-        resolve.set_bind_group(1, scene.bindings)
-        resolve.dispatch_workgroups(-(-self.size[0] // 8), -(-self.size[1] // 8))
-        resolve.end()
+        with commands.draw("gbuffer", color_attachments=[color], depth_stencil_attachment=depth) as draw:
+            if scene.opaque_count:
+                self._opaque.begin(draw)
+                draw.draw(3 * scene.opaque_count)
+            if scene.triangle_count > scene.opaque_count:
+                self._masked.begin(draw)
+                draw.draw(3 * (scene.triangle_count - scene.opaque_count), 1, 3 * scene.opaque_count)
+        with commands.compute("gbuffer") as compute:
+            self._resolve.dispatch(compute, (-(-self.size[0] // 8), -(-self.size[1] // 8)))

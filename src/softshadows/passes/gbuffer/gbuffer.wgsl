@@ -2,7 +2,7 @@
 // Reversed z with an infinite far plane: depth = near / distance.
 
 //#include "frame.wgsl"
-//#include "texture.wgsl"
+//#include "gpu/texture.wgsl"
 
 struct Fragment {
     @builtin(position) position_cs: vec4f,

@@ -2,8 +2,8 @@
 // position that lies in the triangle's plane to float precision, whatever the rasteriser interpolates.
 
 //#include "frame.wgsl"
-//#include "texture.wgsl"
-//#include "packing.wgsl"
+//#include "gpu/texture.wgsl"
+//#include "gpu/packing.wgsl"
 
 @group(0) @binding(1) var triangle_numbers: texture_2d<u32>;
 @group(0) @binding(2) var g_position: texture_storage_2d<rgba32float, write>;  // xyz world, w = linear view depth, 0 = no surface

@@ -68,11 +68,9 @@ import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.passes.bvh.bvh import CUT_SHORT, tree_of
-from softshadows.passes.denoise.denoise import Denoise
+from softshadows.lights.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
 from softshadows.techniques.adaptive.sampling import REPORT_WORDS, TILE, AdaptiveSampling, SamplingOptions
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
@@ -85,6 +83,8 @@ from softshadows.techniques.common_options import (
     visibility_option,
 )
 from softshadows.techniques.traced import check_ray_options
+from softshadows.visibility.denoise.denoise import Denoise
+from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
 
 
 class Adaptive(Technique):

@@ -1,10 +1,10 @@
 // The visible share of the light: the remembered look-ups, weighted by what their samples stand for in the pixel's tree.
 
-//#include "light_space.wgsl"
+//#include "visibility/maps/light_space.wgsl"
 //#include "weights.wgsl"
 //#struct Levels
 
-@group(2) @binding(0) var<uniform> light: ShadowLight;
+@group(2) @binding(0) var<storage, read> light: ShadowLight;
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(10) var<uniform> levels: Levels;      // that this pass adds up
 

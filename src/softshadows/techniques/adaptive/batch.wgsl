@@ -1,6 +1,6 @@
 // A pixel whose tree requests samples of a level, and what kernels that ask about them and remember are bound to.
 
-//#include "receiver.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "level.wgsl"
 //#include "remembered.wgsl"

@@ -1,8 +1,8 @@
 // On a line, an edge lies between a sample that is visible and the next one that is not. Four more rays between them find it
 // five times as exactly as the trapezoid rule, which puts it in the middle. Before the average, which adds what changes.
 
-//#include "light_rays.wgsl"
-//#include "sample_places.wgsl"
+//#include "visibility/rays/light_rays.wgsl"
+//#include "lights/sample_places.wgsl"
 //#include "weights.wgsl"
 
 @group(3) @binding(11) var<storage, read_write> visibility: array<f32>;

@@ -1,7 +1,7 @@
 // Where is the light sampled too coarsely? At every texel of the comparison, the number of a cell's corners that are visible,
 // and whether the texels around it see another number. [Schwaerzler2012 §3.3.3]
 
-//#include "receiver.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
 //#include "remembered.wgsl"

@@ -4,7 +4,7 @@
 // CELL: each sample stands for the part of the light around it. From another point of that part, a blocker seen `ratio` times
 // as close as the receiver covers what lies beside the receiver by (ratio - 1) times the step on the light.
 
-//#include "shadow_map.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
 //#include "weights.wgsl"
 
 @group(3) @binding(11) var<storage, read_write> visibility: array<f32>;

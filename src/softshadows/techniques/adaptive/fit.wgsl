@@ -1,6 +1,6 @@
 // Fit the maps of a level's samples to the receivers of the trees that request them: one workgroup per sample.
 
-//#include "../../passes/shadow_atlas/windows.wgsl"
+//#include "visibility/maps/windows.wgsl"
 //#include "tree.wgsl"
 //#include "level.wgsl"
 

@@ -1,8 +1,8 @@
 // Look a batch's light samples up once at every pixel whose tree requests them, and remember the answers as bits; where rays
 // come after, also which samples the maps are not certain about.
 
-//#include "shadow_map.wgsl"
-//#include "known_by_map.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
+//#include "visibility/hybrid.wgsl"
 //#include "batch.wgsl"
 
 override leaves_unknown: bool;

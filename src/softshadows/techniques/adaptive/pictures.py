@@ -23,8 +23,8 @@ import numpy.typing as npt
 import wgpu
 
 from softshadows.errors import OptionError
+from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.adaptive import AdaptivePass
-from softshadows.techniques.adaptive.lattice import Lattice
 from softshadows.techniques.adaptive.sampling import TILE
 
 Floats = npt.NDArray[np.float32]

@@ -6,9 +6,9 @@ import numpy as np
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.device import Gpu
-from softshadows.passes.shadow_atlas.plan import AtlasPlan, plan_without_maps, tile_size
-from softshadows.techniques.adaptive.lattice import Lattice
-from softshadows.techniques.sub_positions import places_of
+from softshadows.lights.jitter import places_of
+from softshadows.lights.lattice import Lattice
+from softshadows.visibility.maps.plan import AtlasPlan, plan_without_maps, tile_size
 
 BATCHES = (1, 2, 4, 8, 16)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""

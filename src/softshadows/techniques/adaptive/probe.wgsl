@@ -2,8 +2,8 @@
 // deepest cell of the light. What hides a small part of the light from all of a tile, between its few shared samples, shows here,
 // and the tile refines the cells around it (refine.wgsl). Probes say where to look; they are no part of the visibility.
 
-//#include "receiver.wgsl"
-//#include "light_rays.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/rays/light_rays.wgsl"
 //#include "tree.wgsl"
 //#include "probes.wgsl"
 

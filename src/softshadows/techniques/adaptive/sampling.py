@@ -29,14 +29,14 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import Struct, pack
-from softshadows.passes.bvh.bvh import tree_of
-from softshadows.passes.shadow_atlas.plan import AtlasPlan
-from softshadows.passes.shadow_atlas.shadow_atlas import BOX_EDGE, SampledLight, ShadowAtlas
+from softshadows.lights.jitter import placed
+from softshadows.lights.lattice import DEEPEST, Lattice
 from softshadows.scene.lights import Light
-from softshadows.techniques.adaptive.lattice import DEEPEST, Lattice
-from softshadows.techniques.adaptive.structs import STRUCTS, Levels, Step, TreeShape
+from softshadows.techniques.adaptive.structs import Levels, Step, TreeShape
 from softshadows.techniques.base import RenderContext
-from softshadows.techniques.sub_positions import placed
+from softshadows.visibility.maps.plan import AtlasPlan
+from softshadows.visibility.maps.shadow_atlas import BOX_EDGE, SampledLight, ShadowAtlas
+from softshadows.visibility.rays.tree import tree_of
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
@@ -211,7 +211,7 @@ class AdaptiveSampling:
             **constants: float,
         ) -> Kernel:
             file = _HERE / f"{name}.wgsl"
-            return Kernel(self._context.gpu, file, f"cs_{name}", STRUCTS, groups, constants, stand_ins)
+            return Kernel(self._context.gpu, file, f"cs_{name}", groups, constants, stand_ins)
 
         maps = _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)
         windows = _numbered(

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u
-from softshadows.passes.bvh.bvh import TREE_STRUCTS
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk, DrawView, ReceiverBox
 
 
 class TreeShape(Struct):
@@ -53,6 +50,3 @@ class Levels(Struct):
 
     first: U32
     end: U32
-
-
-STRUCTS = (TreeShape, Step, Levels, FrameUniforms, ReceiverBox, DrawView, Chunk, *SHADOW_STRUCTS, *TREE_STRUCTS)

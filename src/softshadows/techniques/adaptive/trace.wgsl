@@ -1,8 +1,8 @@
 // Ask rays about a level's light samples at every pixel whose tree requests them, or after maps about those that they are not
 // certain about, and remember the answers as bits.
 
-//#include "light_rays.wgsl"
-//#include "sample_places.wgsl"
+//#include "visibility/rays/light_rays.wgsl"
+//#include "lights/sample_places.wgsl"
 //#include "batch.wgsl"
 
 override follows_maps: bool;

@@ -1,6 +1,6 @@
 // What both ways from look-ups to visibility share: the levels that were drawn, weights, and what is known without look-ups.
 
-//#include "receiver.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
 //#include "remembered.wgsl"

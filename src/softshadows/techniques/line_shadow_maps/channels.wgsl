@@ -4,7 +4,7 @@
 // A map has two channels, for the segments before (r) and after it (g). UNTOUCHED means no skin: 0.5 for a point that both
 // samples see. Of overlapping skins the least value counts, by the blend.
 
-//#include "../../passes/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
 //#struct Skin
 
 @group(1) @binding(0) var<storage, read> skins: array<Skin>;

@@ -4,8 +4,8 @@
 // sees, it should see only where the rows show a gap. Where too many pixels say otherwise, both halves get a sample in their
 // middle.
 
-//#include "receiver.wgsl"
-//#include "../../passes/line_maps/line_map.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
 //#include "control.wgsl"
 //#include "gaps.wgsl"
 //#struct Halving

@@ -5,7 +5,7 @@
 // surface that goes on to the next texel hides what lies between. Neither map shows all surfaces: both together hide what they
 // can. The segment is judged in BINS parts, one bit each.
 
-//#include "../../passes/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
 
 const BINS = 32u;
 const SMOOTH_JUMP_TEXELS = 2.0;  // of its distance, over which a surface goes on to the next texel at any slope

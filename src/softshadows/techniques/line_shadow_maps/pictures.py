@@ -22,9 +22,9 @@ import numpy.typing as npt
 
 from softshadows.errors import OptionError
 from softshadows.gpu.layout import dtype
-from softshadows.passes.shadow_atlas.structs import FACES, ShadowView
 from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMapsPass
 from softshadows.techniques.line_shadow_maps.soft_maps import Control, Skin
+from softshadows.visibility.maps.structs import FACES, ShadowView
 
 Floats = npt.NDArray[np.float32]
 TOWARDS_BEFORE, TOWARDS_AFTER = (1.0, 0.2, 0.1), (0.2, 0.5, 1.0)

@@ -1,6 +1,6 @@
 // Depth discontinuities of every map, as the skins that join occluder and receiver across them. [Heidrich2000 §3.2]
 
-//#include "../../passes/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
 //#include "control.wgsl"
 //#struct Skin
 //#struct LineState

@@ -16,14 +16,12 @@ from pathlib import Path
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.compose import shader_module
+from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
+from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
 _HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
@@ -65,9 +63,6 @@ class Halving(Struct):
 
     half_spacing: U32
     stage: U32
-
-
-STRUCTS = (Skin, Control, Halving, LineState, Chunk, FrameUniforms, *SHADOW_STRUCTS)
 
 
 @dataclass(frozen=True)
@@ -135,7 +130,7 @@ class SoftMaps:
         receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
 
         def kernel(name: str, entry: str, groups: dict, **constants: float) -> Kernel:
-            return Kernel(gpu, _HERE / f"{name}.wgsl", entry, STRUCTS, groups, constants)
+            return Kernel(gpu, _HERE / f"{name}.wgsl", entry, groups, constants)
 
         self._begin = kernel("choose", "cs_begin", {1: {0: self.control, 2: maps.requests}})
         self._test = kernel("choose", "cs_test", {0: receivers, 2: looks}, knows_rows=options.looks_for_gaps)
@@ -181,7 +176,7 @@ class SoftMaps:
     def _make_pipelines(self) -> list[tuple[wgpu.GPURenderPipeline, dict[int, wgpu.GPUBindGroup], int]]:
         """What empties the channels and what draws the skins, with bind groups and where their arguments lie."""
         device, looks = self.gpu.device, self.maps.lookup_resources
-        module = shader_module(device, _HERE / "channels.wgsl", STRUCTS)
+        module = shader_module(device, compose(_HERE / "channels.wgsl"), "channels.wgsl")
         least = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
 
         def pipeline(kind: str, target: dict, compare: str, constants: dict[str, float]) -> wgpu.GPURenderPipeline:

@@ -1,9 +1,9 @@
 // The visible share of the light at every pixel: hard tests in all maps, weighed by their channels. [Heidrich2000 §3]
 
-//#include "receiver.wgsl"
-//#include "../../passes/line_maps/line_map.wgsl"
-//#include "../../passes/line_maps/ends.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/ends.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 //#include "control.wgsl"
 //#include "gaps.wgsl"
 

@@ -4,7 +4,7 @@
 // the segment before it. An entry is 0 where the texel's order is kept, and else 1 + the edge's column in its view, with
 // EDGE_JUMPS where the map jumps in depth beside the edge.
 
-//#include "../../passes/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/line_map.wgsl"
 
 const AFTER = 0u;   // towards the next sample, +u: penumbrae lie at smaller u than their edges
 const BEFORE = 1u;  // towards the sample before, -u: the mirror image

@@ -1,12 +1,12 @@
 // Every pixel's visibility: segment by segment of the light, by the edges that the maps at its ends know.
 
-//#include "receiver.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
 //#include "edge_map.wgsl"
-//#include "../../passes/line_maps/ends.wgsl"
+//#include "visibility/line_maps/ends.wgsl"
 //#include "share.wgsl"
 //#include "influence.wgsl"
 //#include "search.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var edge_map: texture_2d<u32>;
 @group(3) @binding(1) var<storage, read> cells: array<f32>;  // the greatest closeness in each cell of every row

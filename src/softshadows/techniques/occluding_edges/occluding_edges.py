@@ -61,16 +61,13 @@ import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel, Resource
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
-from softshadows.passes.line_maps.line_maps import COLUMNS, LineMaps, LineState, plan_line_maps
-from softshadows.passes.shadow_atlas.structs import SHADOW_STRUCTS, Chunk
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, numbers_of, option
 from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
+from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
 _HERE = Path(__file__).parent
-_STRUCTS = (FrameUniforms, LineState, Chunk, *SHADOW_STRUCTS)
 CELLS = 64
 """Of a row: stretches that one lane walks (edge_map.wgsl)."""
 PENUMBRAE = ("texture", "seen", "searched")
@@ -173,7 +170,7 @@ class OccludingEdgesPass(TechniquePass):
         receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
 
         def kernel(name: str, groups: dict[int, dict[int, Resource]], **constants: float) -> Kernel:
-            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", _STRUCTS, groups, constants)
+            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", groups, constants)
 
         maps = {0: light, 1: samples, 2: views, 3: atlas}
         return {

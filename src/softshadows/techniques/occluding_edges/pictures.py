@@ -22,10 +22,10 @@ import numpy.typing as npt
 
 from softshadows.errors import OptionError
 from softshadows.gpu.layout import dtype
-from softshadows.passes.line_maps.line_maps import line_points
-from softshadows.passes.shadow_atlas.structs import FACES, ShadowView
 from softshadows.scene.lights import Light
 from softshadows.techniques.occluding_edges.occluding_edges import OccludingEdgesPass
+from softshadows.visibility.line_maps.line_maps import line_points
+from softshadows.visibility.maps.structs import FACES, ShadowView
 
 Floats = npt.NDArray[np.float32]
 Bools = npt.NDArray[np.bool_]

@@ -1,9 +1,9 @@
 // Percentage-closer filtering: the share of the texels around the receiver's that are lit. [Reeves1987 §3]
 
-//#include "receiver.wgsl"
-//#include "shadow_map.wgsl"
-//#include "texel_filter.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
+//#include "visibility/maps/texel_filter.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;  // in half kernels

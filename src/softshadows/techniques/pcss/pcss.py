@@ -36,11 +36,11 @@ import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import bias_option, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import PATTERNS, sequence, taps, upload_taps
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 
 _PRESETS = {"64/64": (64, 64), "32/64": (32, 64), "16/24": (16, 24)}
 

@@ -1,9 +1,9 @@
 // Percentage-closer soft shadows: the mean distance of the blockers gives the penumbra's width, and that the filter's.
 
-//#include "receiver.wgsl"
-//#include "shadow_map.wgsl"
-//#include "light_filter.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
+//#include "visibility/maps/light_filter.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;           // blocker taps, then filter taps

@@ -5,7 +5,7 @@
 // then what they hold. It replaces the paper's rasterised wedges: a receiver outside a wedge finds that its edge misses the
 // light. [Forest2006 §4.2] "a quick test to know whether a fragment is outside the half-wedge"
 
-//#include "receiver.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
 
 @group(1) @binding(0) var<storage, read> edges: array<WedgeEdge>;
 @group(1) @binding(1) var<storage, read> edge_clusters: array<WedgeCluster>;
@@ -13,7 +13,7 @@
 @group(1) @binding(3) var<storage, read> triangle_records: array<vec4u>;
 @group(1) @binding(4) var<storage, read> triangle_clusters: array<WedgeCluster>;
 @group(1) @binding(5) var<storage, read_write> visibility: array<f32>;
-@group(2) @binding(0) var<uniform> light: WedgeLight;
+@group(2) @binding(0) var<storage, read> light: WedgeLight;
 @group(3) @binding(0) var<uniform> first_tile_row: vec4u;  // of the band of the image that this dispatch does, in x
 
 //#include "light_frame.wgsl"

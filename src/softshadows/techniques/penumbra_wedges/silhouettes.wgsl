@@ -1,7 +1,7 @@
 // Once per frame and light: planes, edges and clusters in light units, and which edges are silhouettes.
 // [Forest2006 §4.1] "silhouette edges selection", here for all edges at once.
 
-@group(0) @binding(0) var<uniform> light: WedgeLight;
+@group(0) @binding(0) var<storage, read> light: WedgeLight;
 @group(1) @binding(0) var<storage, read> vertex_positions_ws: array<f32>;
 @group(1) @binding(1) var<storage, read> triangle_indices: array<u32>;
 @group(1) @binding(2) var<storage, read> faces: array<vec4f>;              // unit normal by winding, material

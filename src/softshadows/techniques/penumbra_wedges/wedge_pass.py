@@ -21,7 +21,6 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
-from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
@@ -61,9 +60,6 @@ class WedgeLight(Struct):
     up_half_ws: Vec3f
     is_second_side: U32
     receiver_offset: F32  # metres
-
-
-STRUCTS = (WedgeLight, WedgeEdge, WedgeCluster, WedgeObject, FrameUniforms)
 
 
 @dataclass(eq=False)
@@ -141,8 +137,7 @@ class WedgePass(TechniquePass):
         constants = {"from_every_sample": self._constants is None}
         file = _HERE / "silhouettes.wgsl"
         return {
-            entry: Kernel(self._context.gpu, file, entry, STRUCTS, {1: used}, constants)
-            for entry, used in resources.items()
+            entry: Kernel(self._context.gpu, file, entry, {1: used}, constants) for entry, used in resources.items()
         }
 
     def _visibility_kernel(self) -> Kernel:
@@ -163,7 +158,7 @@ class WedgePass(TechniquePass):
             shared[7] = edges.edge_records
         file = _HERE / ("union.wgsl" if is_union else "wedges.wgsl")
         constants = {**(self._constants or {}), **self._plan.constants}
-        return Kernel(context.gpu, file, "cs_visibility", STRUCTS, {0: receivers, 1: shared}, constants)
+        return Kernel(context.gpu, file, "cs_visibility", {0: receivers, 1: shared}, constants)
 
     def _band(self, first_row: int) -> wgpu.GPUBindGroup:
         """The visibility kernel's binding of a band that starts with this row of tiles."""
@@ -198,7 +193,7 @@ class WedgePass(TechniquePass):
 
     def _new_turn(self) -> Turn:
         gpu, kernels = self._context.gpu, self._kernels
-        light = gpu.device.create_buffer(size=dtype(WedgeLight).itemsize, usage=_USAGE.UNIFORM | _USAGE.COPY_DST)
+        light = gpu.device.create_buffer(size=dtype(WedgeLight).itemsize, usage=_USAGE.STORAGE | _USAGE.COPY_DST)
         size = dtype(WedgeObject).itemsize * max(self._edges.silhouette_count, 1)
         objects = gpu.storage_buffer(size, "the objects")
         bindings = {name: {0: kernels[name].bind(0, {0: light})} for name in kernels if name != "visibility"}

@@ -1,8 +1,8 @@
 // A pixel's visible weight, added up chunk by chunk. Weights are small whole numbers, so the sum is exact until it is divided.
 
-//#include "receiver.wgsl"
-//#include "light_samples.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/maps/light_samples.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 

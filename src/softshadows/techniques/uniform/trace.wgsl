@@ -1,9 +1,9 @@
 // Uniform light sampling by rays, or by maps where they are certain: the weighted share of the chunk's light samples that each
 // receiver sees, added to its visibility. [Schwaerzler2012 Eq. 2]
 
-//#include "light_rays.wgsl"
-//#include "sample_places.wgsl"
-//#include "known_by_map.wgsl"
+//#include "visibility/rays/light_rays.wgsl"
+//#include "lights/sample_places.wgsl"
+//#include "visibility/hybrid.wgsl"
 //#include "sum.wgsl"
 
 @group(3) @binding(1) var<storage, read_write> report: array<atomic<u32>>;   // not 0: a ray ended before its end

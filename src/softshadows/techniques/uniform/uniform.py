@@ -39,6 +39,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from softshadows.lights.jitter import moved, placed, places_of
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import (
@@ -50,7 +51,6 @@ from softshadows.techniques.common_options import (
     visibility_option,
 )
 from softshadows.techniques.sampled import SampledPass, Samples
-from softshadows.techniques.sub_positions import moved, placed, places_of
 from softshadows.techniques.traced import TracedPass, check_ray_options
 
 NOISE_COLUMNS = 1.5

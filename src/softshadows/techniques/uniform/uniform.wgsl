@@ -1,7 +1,7 @@
 // Uniform light sampling: the weighted share of the chunk's light samples that each receiver sees, added to its visibility.
 // [Schwaerzler2012 Eq. 2]
 
-//#include "shadow_map.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
 //#include "sum.wgsl"
 
 @compute @workgroup_size(8, 8)

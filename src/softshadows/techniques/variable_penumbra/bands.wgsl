@@ -5,7 +5,7 @@
 // which texels of the dilated mask it reaches, and sets them; all texels of a cell, 2^(l - 1) to a side, hold the same.
 
 //#include "edges.wgsl"
-//#include "texel_filter.wgsl"
+//#include "visibility/maps/texel_filter.wgsl"
 
 override blue_edge: f32;   // of the map's depth
 override green_edge: f32;

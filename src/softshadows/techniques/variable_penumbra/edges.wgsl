@@ -1,7 +1,7 @@
 // Edges of the shadow map: what the mask is made from, and what both kinds of it share.
 
-//#include "receiver.wgsl"
-//#include "shadow_map.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
 
 @group(1) @binding(0) var last_layer: texture_depth_2d;  // closeness of the farthest surface, 1 = nothing; if there are two layers
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;

@@ -4,7 +4,7 @@
 // The mask has cells of 8×8 texels, each with the sum of the edges' closeness and their number, for each layer of the map.
 
 //#include "edges.wgsl"
-//#include "light_filter.wgsl"
+//#include "visibility/maps/light_filter.wgsl"
 
 override tap_count: u32;
 

@@ -9,11 +9,11 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.passes.shadow_atlas.last_layer import LastLayer
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.visibility.maps.last_layer import LastLayer
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 
 COUNTERS = 128
 """Of edges.wgsl: pairs of further reads and absent pixels."""

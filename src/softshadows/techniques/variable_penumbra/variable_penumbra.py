@@ -56,11 +56,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import ClassVar
 
-from softshadows.passes.shadow_atlas.plan import plan_atlas
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
+from softshadows.visibility.maps.plan import plan_atlas
 
 EDGE_NOISE = 1e-4
 """Of the map's depth: the weakest edge of a fixed mask. The paper's 0 would take rounding for edges."""

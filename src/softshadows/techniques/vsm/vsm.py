@@ -30,11 +30,11 @@ from typing import ClassVar
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.passes.shadow_atlas.plan import plan_atlas
-from softshadows.passes.shadow_atlas.shadow_atlas import ShadowAtlas
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.visibility.maps.plan import plan_atlas
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 
 MIN_VARIANCE = 1e-7
 """Of the light's reach squared: a standard deviation of 0.03 %, the slope of a receiver within a texel."""

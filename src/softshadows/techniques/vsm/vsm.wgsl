@@ -2,9 +2,9 @@
 //
 // Depth is the distance along the map's axis over the light's reach, from 0 to 1; 1 where nothing was drawn.
 
-//#include "receiver.wgsl"
-//#include "shadow_map.wgsl"
-//#include "pixel.wgsl"
+//#include "passes/gbuffer/receiver.wgsl"
+//#include "visibility/maps/shadow_map.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> row_moments: array<vec2f>;  // filtered along rows

@@ -1,0 +1,378 @@
+"""Adaptive light sampling against 289 maps, PCSS, the truth and rays: views after figures 1 and 7 to 10 of its paper.
+
+Views: a scene with the paper's modest light from far and from near, with PCSS beside; the atrium with the whole and
+with half the comparison; where $SOFTSHADOWS_SCENES is set, real scenes with the default refinement.
+
+Every technique is timed in two ways, in turns with the others, as wall time of `Renderer.render`:
+
+redrawn    the light moves by a micrometre before the frame, so that every shadow map is drawn
+kept       the light rests and the camera moves to and fro by a millimetre, so that maps may be kept; only where the
+           resolution is fixed
+
+A technique's figures, the means over its lights, and None where something could not be measured:
+
+lookups                    per pixel
+time_ratio_redrawn, _kept  the time of `uniform` 17×17 at the same resolution, in the same mode, over this one's
+compare_share              share of the redrawn frame's GPU time in the passes called "compare"
+rmse_truth, penumbra_rmse_truth, rmse_uniform, penumbra_rmse_uniform
+                           to the truth and to that `uniform`: over facing pixels, and over those in penumbra
+equal_rays                 stratified shadow rays per facing pixel whose rmse to the truth is the same
+equal_rays_bound           "at most" or "at least", where that lies beyond RAYS
+ray_time_ratio_redrawn, _kept
+                           the time of so many rays on all of this machine's cores, over this technique's. Rays alone:
+                           no acceleration structure is built in it
+redrawn, kept              median wall_ms, gpu_ms by pass; in `times`, "frame" is redrawn
+
+A picture's figure `rays` holds samples, rmse and seconds of every number of rays. Pictures, where there is a folder for
+them: per view and technique the picture, its difference to the picture by `uniform` times 5 and times 40, and what
+techniques/adaptive/pictures.py shows.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+
+from softshadows import metrics, truth
+from softshadows.bench.suites.baselines import real_shots
+from softshadows.compare.comparison import file_stem
+from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
+from softshadows.compare.pictures import png
+from softshadows.compare.results import write_bytes
+from softshadows.compare.turns import LIGHT_STEP, Timing, label_of, moved
+from softshadows.errors import DeviceError
+from softshadows.frame import Frame
+from softshadows.renderer import Renderer
+from softshadows.scene import builtin
+from softshadows.scene.camera import Camera
+from softshadows.scene.lights import RectLight
+from softshadows.scene.shot import Shot, open_shot
+from softshadows.techniques import Technique, make_technique
+from softshadows.techniques.adaptive.pictures import all_pictures
+
+if TYPE_CHECKING:
+    from softshadows.bench.suites import Settings
+
+SIZE = (512, 384)
+"""Half the width and height of the paper's, which `--size 1024x768` asks for: minutes instead of half an hour on two
+cores without a GPU."""
+MAP = 512
+"""Texels along a shadow map's side: the paper's."""
+MODEST = RectLight((1.6, 3.6, 1.4), (0.0, 0.3, 0.2), 0.2, 0.2, (1580.0, 1540.0, 1460.0))
+"""The light of `figures`, 0.2 m wide instead of 0.9 m, and as bright in all."""
+FAR = Camera((2.88, 6.25, 10.4), (0.12, 0.35, 0.2), 40.0)
+NEAR = Camera((1.25, 2.3, 2.3), (1.1, 0.05, 1.7), 40.0)
+"""Where the paper's global refinement takes 25 and 81 maps at 1024×768 (figure 1: 25 and 105)."""
+SHOTS = ("scorpion", "body", "bike_near", "sponza_near", "sponza")
+RAYS = (4, 9, 16, 25, 36, 64, 100, 144, 256)
+RAY_SEED = 1
+"""Not the truth's, whose errors would be the same."""
+AMPLIFICATIONS = (5, 40)
+"""Of the paper's difference images: figures 7 and 10."""
+CAMERA_STEP = 1e-3
+"""Metres from frame to frame."""
+SETTLING = 2
+"""Frames with a moving camera before maps are kept: the first one draws them anew, with room for what comes next."""
+REDRAWN, SETTLED, KEPT = "redrawn", "settled", "kept"
+
+
+@dataclass(frozen=True)
+class View:
+    """A shot, and what it is rendered with: groups of techniques, each led by the `uniform` that it is held against."""
+
+    name: str
+    open: Callable[[], Shot]
+    groups: list[list[Technique]]
+
+
+@dataclass(eq=False)
+class Run:
+    """A technique's first frame with its debug pictures, then by mode its wall times and GPU times by pass."""
+
+    technique: Technique
+    renderer: Renderer
+    frame: Frame
+    pictures: dict[str, npt.NDArray[np.float32]]
+    wall_ms: dict[str, list[float]] = field(default_factory=dict)
+    gpu_ms: dict[str, list[dict[str, float]]] = field(default_factory=dict)
+
+    def render(self, mode: str, camera: Camera) -> None:
+        """Render a frame and note its times."""
+        started = time.perf_counter()
+        frame = self.renderer.render(camera)
+        self.wall_ms.setdefault(mode, []).append(1e3 * (time.perf_counter() - started))
+        self.gpu_ms.setdefault(mode, []).append(dict(frame.stats.gpu_ms))
+
+    def timings(self, mode: str) -> dict[str, Any] | None:
+        """Medians; None where the mode was not measured."""
+        if mode not in self.wall_ms:
+            return None
+        frames = self.gpu_ms[mode]
+        by_pass = {
+            name: statistics.median(f.get(name, 0.0) for f in frames)
+            for name in dict.fromkeys(n for f in frames for n in f)
+        }
+        return {"wall_ms": statistics.median(self.wall_ms[mode]), "gpu_ms": by_pass}
+
+    def timing(self, mode: str) -> Timing:
+        """The median and the spread of a mode that was measured."""
+        return Timing.of(self.wall_ms[mode])
+
+
+@dataclass(frozen=True)
+class Rays:
+    """Stratified rays on all cores: their rmse to the truth by number per pixel, and milliseconds for one per pixel."""
+
+    samples: list[int]
+    rmse: list[float]
+    seconds: list[float]
+
+    @property
+    def ms_per_sample(self) -> float:
+        """The slope of seconds over samples, which leaves out what is done once; over all, where noise hides it."""
+        slope = float(np.polyfit(self.samples, self.seconds, 1)[0])
+        return 1e3 * (slope if slope > 0.0 else self.seconds[-1] / self.samples[-1])
+
+    @property
+    def series(self) -> list[dict[str, float]]:
+        """By number of rays, as results.json has them."""
+        return [
+            {"samples": samples, "rmse": rmse, "seconds": seconds}
+            for samples, rmse, seconds in zip(self.samples, self.rmse, self.seconds, strict=True)
+        ]
+
+    def equal_to(self, rmse: float) -> tuple[float, str | None]:
+        """How many rays have that rmse, interpolated on logarithmic scales; beyond RAYS their end, and the side."""
+        errors = np.maximum(np.minimum.accumulate(self.rmse), 1e-12)
+        if rmse >= errors[0]:
+            return float(self.samples[0]), "at most" if rmse > errors[0] else None
+        if rmse < errors[-1]:
+            return float(self.samples[-1]), "at least"
+        falling = np.concatenate([[True], np.diff(errors) < 0.0])
+        logs = np.log(errors[falling])[::-1], np.log(np.array(self.samples)[falling])[::-1]
+        return float(np.exp(np.interp(np.log(rmse), *logs))), None
+
+
+def run(settings: Settings, notice: Notice) -> list[Measurement]:
+    """Adaptive light sampling against 289 maps, PCSS, the truth and rays, on views after its paper's figures."""
+    return measure_each(
+        views(), lambda view: view.name, lambda view, within: measure_view(view, settings, within), notice
+    )
+
+
+def views() -> Iterator[View]:
+    """The built-in views, then those of $SOFTSHADOWS_SCENES; SceneError where that is set to a folder without any."""
+    uniform, paper = _make("uniform", resolution=MAP), {"refinement": "global", "resolution": MAP}
+    tile, whole = _make("adaptive", resolution=MAP), _make("adaptive", **paper)
+    half = _make("adaptive", comparison_scale=0.5, pcf=3, **paper)
+    for name, camera in (("far", FAR), ("near", NEAR)):
+        pcss = _make("pcss", blocker_samples=64, filter_samples=64, resolution=MAP)
+        yield View(name, lambda name=name, camera=camera: _modest(name, camera), [[uniform, whole, tile, pcss]])
+    yield View("atrium", lambda: open_shot("atrium"), [[uniform, whole, half, tile]])
+    cells = _make("adaptive", filter="cell", max_maps=25, resolution=MAP)
+    for file in real_shots(SHOTS):
+        groups = [[uniform, tile, cells], [_make("uniform"), _make("adaptive")]]
+        yield View(file.stem, lambda file=file: open_shot(str(file)), groups)
+
+
+def _make(name: str, **options: Any) -> Technique:
+    return make_technique(name, options)
+
+
+def _modest(name: str, camera: Camera) -> Shot:
+    """`figures` under the modest light."""
+    scene = builtin.figures()
+    scene.lights, scene.camera = [MODEST], camera
+    return Shot(name, scene, camera, SIZE)
+
+
+def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
+    """All figures of a view; writes its pictures. What the adapter cannot do is left out and named."""
+    shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
+    held = yardstick(shot, settings.samples, notice)
+    notice("tracing shadow rays", 0.1)
+    rays = trace(shot, held)
+    results: list[Result] = []
+    skipped: list[str] = []
+    if settings.folder is not None:
+        write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
+    for number, group in enumerate(view.groups):
+
+        def within(doing: str, share: float, number: int = number) -> None:
+            notice(doing, 0.2 + 0.8 * (number + share) / len(view.groups))
+
+        runs, failed = render_in_turns(shot, group, settings, within)
+        skipped += failed
+        if runs and runs[0].technique == group[0]:
+            made = [_result(run, runs[0], held, rays) for run in runs]
+            results += made
+            if settings.folder is not None:
+                for run, result in zip(runs, made, strict=True):
+                    _write_pictures(settings.folder / view.name, run, result, made[0])
+    return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
+
+
+def render_in_turns(
+    shot: Shot,
+    techniques: Sequence[Technique],
+    settings: Settings,
+    notice: Notice,
+    keeps: Callable[[Technique], bool] = lambda technique: getattr(technique, "resolution", None) != "auto",
+    *,
+    moves_scene: bool = False,
+) -> tuple[list[Run], list[str]]:
+    """Every technique's frames, timed in turns, redrawn, and those that it `keeps` also kept; and in sentences which
+    techniques could not run.
+
+    With `moves_scene` the node with the most triangles moves with the lights before every redrawn frame.
+    """
+    runs: list[Run] = []
+    failed: list[str] = []
+    lights, right = list(shot.scene.lights), np.array(shot.camera.axes[0])
+    with ExitStack() as stack:
+        stack.callback(lambda: setattr(shot.scene, "lights", lights))
+        node = max(shot.scene.nodes, key=lambda node: len(node.mesh.triangles)) if moves_scene else None
+        if node is not None:
+            stack.callback(setattr, node, "transform", node.transform)
+        for technique in techniques:
+            notice(f"{label_of(technique)}, first frame", 0.0)
+            try:
+                renderer = stack.enter_context(Renderer(shot.scene, technique=technique, size=shot.size))
+                frame = renderer.render(shot.camera)  # compiles and uploads, and is not timed
+            except DeviceError as error:
+                failed.append(f"{label_of(technique)}: {error}")
+                continue
+            wants = settings.folder is not None and technique.name == "adaptive"
+            runs.append(Run(technique, renderer, frame, all_pictures(renderer) if wants else {}))
+        for turn in range(1, settings.repeats + 1):
+            notice(f"all redrawn, frame {turn} of {settings.repeats}", 0.5 * turn / (settings.repeats + 1))
+            shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
+            if node is not None:
+                node.transform = _along_x(LIGHT_STEP) @ node.transform
+            for run in runs:
+                run.render(REDRAWN, shot.camera)
+        keeping = [run for run in runs if keeps(run.technique)]
+        turns = SETTLING + settings.repeats if keeping else 0
+        for turn in range(1, turns + 1):
+            notice(f"maps kept, frame {turn} of {turns}", 0.5 + 0.5 * turn / (turns + 1))
+            camera = _shifted(shot.camera, turn % 2 * CAMERA_STEP * right)
+            for run in keeping:
+                run.render(KEPT if turn > SETTLING else SETTLED, camera)
+    return runs, failed
+
+
+def _along_x(metres: float) -> npt.NDArray[np.float64]:
+    """(4, 4): a shift of the world."""
+    matrix = np.eye(4)
+    matrix[0, 3] = metres
+    return matrix
+
+
+def _shifted(camera: Camera, by: npt.NDArray[np.float64]) -> Camera:
+    position, target = (tuple((np.array(point) + by).tolist()) for point in (camera.position, camera.target))
+    return replace(camera, position=position, target=target)
+
+
+@dataclass(frozen=True, eq=False)
+class FacingSurfaces:
+    """A frame's surfaces, without those that face no light (truth.visibility's `frame`)."""
+
+    position: npt.NDArray[np.float32]
+    normal: npt.NDArray[np.float32]
+    surface: npt.NDArray[np.bool_]
+
+
+def facing_surfaces(held: Yardstick) -> FacingSurfaces:
+    """Those that some light reaches."""
+    return FacingSurfaces(held.frame.position, held.frame.normal, np.asarray(held.reference.mask.any(axis=0)))
+
+
+def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
+    """What so many shadow rays per facing pixel cost and how far they are from the truth."""
+    mask, seen = held.reference.mask, facing_surfaces(held)
+    errors, seconds = [], []
+    for samples in counts:
+        started = time.perf_counter()
+        visibility = truth.visibility(shot.scene, seen, samples=samples, seed=RAY_SEED)
+        seconds.append(time.perf_counter() - started)
+        compared = [metrics.compare(*light) for light in zip(visibility, held.reference.visibility, mask, strict=True)]
+        errors.append(_mean(compared, "rmse"))
+    return Rays(list(counts), errors, seconds)
+
+
+def timed_result(run: Run, held: Yardstick) -> Result:
+    """A technique's errors, and its times in both modes, which are its only figures yet."""
+    redrawn, kept = run.timings(REDRAWN), run.timings(KEPT)
+    assert redrawn is not None, "every technique is timed with all redrawn"
+    result = held.result(run.technique, run.frame, run.timing(REDRAWN))
+    if kept is not None:
+        result.times[KEPT] = run.timing(KEPT)
+    result.stats["gpu_ms"] = redrawn["gpu_ms"]
+    result.figures = {REDRAWN: redrawn, KEPT: kept}
+    return result
+
+
+def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
+    """A technique's errors and times, and the rays that err as much: the figures that need no other technique."""
+    result = timed_result(run, held)
+    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+    error = _mean(result.comparisons, "rmse")
+    equal, bound = rays.equal_to(error)
+    ray_ms = equal * rays.ms_per_sample
+    result.figures = {
+        "lookups": run.frame.stats.lookups_per_pixel,
+        "rmse_truth": error,
+        "penumbra_rmse_truth": _mean(result.comparisons, "penumbra_rmse"),
+        "equal_rays": equal,
+        "equal_rays_bound": bound,
+        "ray_time_ratio_redrawn": ray_ms / redrawn["wall_ms"],
+        "ray_time_ratio_kept": ray_ms / kept["wall_ms"] if kept else None,
+        **result.figures,
+    }
+    return result
+
+
+def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
+    result = result_beside_rays(run, held, rays)
+    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+    uniform = [
+        metrics.compare(*light)
+        for light in zip(run.frame.visibility, baseline.frame.visibility, held.reference.mask, strict=True)
+    ]
+    gpu_ms = sum(redrawn["gpu_ms"].values())
+    result.figures |= {
+        "time_ratio_redrawn": time_ratio(baseline.timings(REDRAWN), redrawn),
+        "time_ratio_kept": time_ratio(baseline.timings(KEPT), kept),
+        "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
+        "rmse_uniform": _mean(uniform, "rmse"),
+        "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),
+    }
+    return result
+
+
+def time_ratio(a: dict[str, Any] | None, b: dict[str, Any] | None) -> float | None:
+    """The wall time of `a` over that of `b`, two timings; None where one was not measured."""
+    return a["wall_ms"] / b["wall_ms"] if a and b else None
+
+
+def _mean(comparisons: Sequence[metrics.Comparison], name: str) -> float:
+    return statistics.fmean(getattr(comparison, name) for comparison in comparisons)
+
+
+def _write_pictures(folder: Path, run: Run, result: Result, baseline: Result) -> None:
+    stem = file_stem(result.label)
+    write_bytes(png(result.picture), folder / f"{stem}.png")
+    if result is not baseline:
+        apart = np.abs(result.picture.astype(np.float64) - baseline.picture) / 255.0
+        for times in AMPLIFICATIONS:
+            write_bytes(png(times * apart), folder / f"{stem}-difference-x{times}.png")
+    for name, picture in run.pictures.items():
+        write_bytes(png(picture), folder / f"{stem}-{name}.png")

@@ -1,0 +1,5 @@
+"""The `softshadows` command: one file per group of commands."""
+
+from softshadows.cli.app import main
+
+__all__ = ["main"]

@@ -1,0 +1,191 @@
+"""A scene on the GPU: geometry, materials and textures, uploaded once and patched when nodes move."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.layout import F32, I32, U32, Struct, Vec3f, Vec4f, dtype, pack
+from softshadows.gpu.program import Resource
+from softshadows.gpu.texture_pages import TextureRecord, build_pages
+from softshadows.scene.clusters import cluster_boxes
+from softshadows.scene.geometry import Geometry
+from softshadows.scene.model import Material, Texture
+
+_USAGE = wgpu.BufferUsage
+NO_NORMAL = np.uint32(0xFFFFFFFF)
+
+
+class VertexAttributes(Struct):
+    """What the shading needs of a vertex; its position is in a buffer of its own, which shadow maps read alone."""
+
+    texcoords: Vec4f
+    normal: U32  # octahedral, snorm 2×16; 0xffffffff where the mesh has none
+    color_rg: U32  # unorm 2×16
+    color_ba: U32
+    unused: U32
+
+
+class MaterialRecord(Struct):
+    """A Material; textures are indices of TextureRecords, -1 for none; alpha_cutoff is negative for opaque ones."""
+
+    base_color: Vec4f
+    emission: Vec3f
+    alpha_cutoff: F32
+    metallic: F32
+    roughness: F32
+    double_sided: U32
+    base_color_texture: I32
+    metallic_roughness_texture: I32
+    emission_texture: I32
+
+
+class SceneBuffers:
+    """GPU copies of a Geometry.
+
+    positions: array<f32>, three per vertex, world space, also a vertex buffer; indices: array<u32>, also an index
+    buffer; attributes: array<VertexAttributes>; faces: array<vec4f> (unit normal by winding, material index as a
+    float); occluder_boxes: low and high corner of clusters of triangles;
+    materials, textures: records; pages: rgba8unorm 2-d array texture.
+    """
+
+    def __init__(self, gpu: Gpu, geometry: Geometry) -> None:
+        self.gpu, self.geometry = gpu, geometry
+        self.triangle_count = len(geometry.triangles)
+        self.opaque_count = geometry.opaque_count
+        self.solid_count = geometry.solid_count
+        self.diagonal = geometry.diagonal
+        self.bytes = 0
+        self.tree: Any = None  # of the triangles, once somebody asks for rays (passes/bvh/bvh.py)
+        vertex, index = _USAGE.STORAGE | _USAGE.VERTEX, _USAGE.STORAGE | _USAGE.INDEX
+        self.positions = self._buffer(geometry.positions, vertex, "the vertex positions")
+        self.indices = self._buffer(geometry.triangles, index, "the triangles")
+        self.attributes = self._buffer(_attributes(geometry), _USAGE.STORAGE, "the vertex attributes")
+        self.faces = self._buffer(_faces(geometry), _USAGE.STORAGE, "the face normals")
+
+        textures = list({id(t): t for m in geometry.materials for t in _slots(m) if t is not None}.values())
+        index_of = {id(texture): position for position, texture in enumerate(textures)}
+        materials = [_material_record(material, index_of) for material in geometry.materials]
+        pages, records, self.warnings = build_pages(textures, gpu.limit("max-texture-dimension-2d"))
+        self.materials = self._buffer(
+            np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, ""
+        )
+        self.textures = self._buffer(
+            np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8),
+            _USAGE.STORAGE,
+            "",
+        )
+        self.pages = self._pages(pages)
+        self.pages_view = self.pages.create_view(dimension="2d-array")
+        boxes = _box_records(geometry)
+        self.occluder_count = len(boxes)
+        self.occluder_boxes = self._buffer(boxes, _USAGE.STORAGE, "the occluders' boxes")
+        self.layout, self.bindings = self._bind()
+
+    def move(self, geometry: Geometry) -> None:
+        """Replace positions, normals and face normals after nodes moved; of the counts only solid_count may change."""
+        self.geometry, self.diagonal, self.solid_count = geometry, geometry.diagonal, geometry.solid_count
+        queue = self.gpu.device.queue
+        queue.write_buffer(self.positions, 0, geometry.positions)
+        queue.write_buffer(self.indices, 0, geometry.triangles)
+        queue.write_buffer(self.attributes, 0, _attributes(geometry))
+        queue.write_buffer(self.faces, 0, _faces(geometry))
+        queue.write_buffer(self.occluder_boxes, 0, _box_records(geometry))
+
+    @property
+    def resources(self) -> dict[str, Resource]:
+        """What scene.wgsl declares."""
+        return {
+            "vertex_positions_ws": self.positions,
+            "triangle_indices": self.indices,
+            "vertex_attributes": self.attributes,
+            "faces": self.faces,
+            "materials": self.materials,
+            "texture_records": self.textures,
+            "texture_pages": self.pages_view,
+        }
+
+    def _bind(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+        """Bind group 1 of every pass that includes scene.wgsl."""
+        stages = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT | wgpu.ShaderStage.COMPUTE
+        buffers = [self.positions, self.indices, self.attributes, self.faces, self.materials, self.textures]
+        storage = {"type": "read-only-storage"}
+        layouts: list[dict] = [{"binding": i, "visibility": stages, "buffer": storage} for i in range(len(buffers))]
+        pages = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
+        layouts.append({"binding": len(buffers), "visibility": stages, "texture": pages})
+        layout = self.gpu.device.create_bind_group_layout(entries=layouts)
+        entries: list[dict] = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
+        entries.append({"binding": len(buffers), "resource": self.pages.create_view(dimension="2d-array")})
+        return layout, self.gpu.device.create_bind_group(layout=layout, entries=entries)
+
+    def _buffer(self, array: np.ndarray, usage: int, what: str) -> wgpu.GPUBuffer:
+        size = max(-(-array.nbytes // 16) * 16, 256)
+        self.gpu.check_buffer(size, what)
+        self.bytes += size
+        buffer = self.gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST)
+        if array.nbytes:
+            self.gpu.device.queue.write_buffer(buffer, 0, np.ascontiguousarray(array))
+        return buffer
+
+    def _pages(self, pages: np.ndarray) -> wgpu.GPUTexture:
+        count, size = pages.shape[:2]
+        self.bytes += pages.nbytes
+        usage = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
+        texture = self.gpu.device.create_texture(size=(size, size, count), format="rgba8unorm", usage=usage)
+        for layer in range(count):  # one by one: a single copy would double a large scene's memory
+            destination = {"texture": texture, "origin": (0, 0, layer)}
+            self.gpu.device.queue.write_texture(destination, pages[layer], {"bytes_per_row": 4 * size}, (size, size, 1))
+        return texture
+
+
+def _box_records(geometry: Geometry) -> np.ndarray:
+    boxes = cluster_boxes(geometry)
+    return np.pad(boxes, ((0, 0), (0, 0), (0, 1))).astype(np.float32)  # vec3f members are 16 bytes apart
+
+
+def _slots(material: Material) -> list[Texture | None]:
+    return [material.base_color_texture, material.metallic_roughness_texture, material.emission_texture]
+
+
+def _material_record(material: Material, index_of: dict[int, int]) -> MaterialRecord:
+    base, metallic_roughness, emission = (-1 if slot is None else index_of[id(slot)] for slot in _slots(material))
+    return MaterialRecord(
+        base_color=material.base_color,
+        emission=material.emission,
+        alpha_cutoff=-1.0 if material.alpha_cutoff is None else material.alpha_cutoff,
+        metallic=material.metallic,
+        roughness=material.roughness,
+        double_sided=int(material.double_sided),
+        base_color_texture=base,
+        metallic_roughness_texture=metallic_roughness,
+        emission_texture=emission,
+    )
+
+
+def _faces(geometry: Geometry) -> np.ndarray:
+    return np.hstack([geometry.face_normals, geometry.material_index[:, None].astype(np.float32)]).astype(np.float32)
+
+
+def _attributes(geometry: Geometry) -> np.ndarray:
+    attributes = np.zeros(len(geometry.positions), dtype(VertexAttributes))
+    attributes["texcoords"] = geometry.texcoords
+    attributes["normal"] = _octahedral(geometry.normals)
+    color = np.round(np.clip(geometry.colors, 0.0, 1.0) * 65535.0).astype(np.uint32)
+    attributes["color_rg"] = color[:, 0] | color[:, 1] << 16
+    attributes["color_ba"] = color[:, 2] | color[:, 3] << 16
+    return attributes
+
+
+def _octahedral(normals: np.ndarray) -> np.ndarray:
+    """(n,) uint32: the octahedral map (Cigolle et al. 2014) as two snorm16; 0xffffffff for zero normals."""
+    length = np.abs(normals).sum(axis=1, keepdims=True)
+    n = np.divide(normals, length, out=np.zeros_like(normals, dtype=np.float64), where=length > 0.0)
+    folded = (1.0 - np.abs(n[:, 1::-1])) * np.where(n[:, :2] >= 0.0, 1.0, -1.0)
+    xy = np.where(n[:, 2:] < 0.0, folded, n[:, :2])
+    bits = np.round(np.clip(xy, -1.0, 1.0) * 32767.0).astype(np.int64) & 0xFFFF
+    packed = (bits[:, 0] | bits[:, 1] << 16).astype(np.uint32)
+    packed = np.where(packed == NO_NORMAL, np.uint32(0), packed)  # the one direction that would read as "none"
+    return np.where(length[:, 0] > 0.0, packed, NO_NORMAL)

@@ -1,0 +1,1 @@
+"""Images once they are rendered: displayed, written to files, averaged."""

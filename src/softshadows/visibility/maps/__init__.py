@@ -1,0 +1,1 @@
+"""Shadow maps in one atlas: planned, fitted on the GPU, drawn at once, looked up."""

@@ -1,0 +1,351 @@
+"""All shadow maps of one light in one atlas, drawn by one instanced indirect draw.
+
+    receivers.wgsl   boxes around what the camera sees and something can shadow, 8×8 pixels each, in light space
+    windows.wgsl     per light sample: windows around those boxes, cut into cube faces
+    placing.wgsl     the windows' places in the sample's tile, and the list of views to draw
+    fit.wgsl         the windows of every sample, around all boxes
+    draw.wgsl        the occluders, one instance per window
+
+Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas
+at one time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Lights take turns
+in the same buffers: per light a technique calls `encode_receivers`, a fit, and then, per chunk, `encode_draw` and its
+own look-ups.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.compose import compose, shader_module
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.layout import dtype, pack
+from softshadows.gpu.scene_buffers import SceneBuffers
+from softshadows.gpu.timing import PassTimer
+from softshadows.passes.gbuffer.gbuffer import GBuffer
+from softshadows.scene.geometry import Geometry
+from softshadows.scene.lights import Light
+from softshadows.visibility.maps.extents import depth_range, farthest, reaches_into
+from softshadows.visibility.maps.plan import AtlasPlan
+from softshadows.visibility.maps.structs import (
+    FACES,
+    Chunk,
+    DrawView,
+    ReceiverBox,
+    ShadowLight,
+    ShadowView,
+)
+
+_HERE = Path(__file__).parent
+_STAGES = wgpu.ShaderStage
+_USAGE = wgpu.BufferUsage
+DRAWS = 4  # per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones
+DRAW_BYTES = 20  # of an indirect draw's arguments
+FARTHEST_CORNER = 4.4
+"""Distance of the farthest point of a window's near plane, in near distances: the front window's tangents reach 3."""
+BOX_EDGE = 8  # pixels
+UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
+
+
+@dataclass(frozen=True, eq=False)
+class SampledLight:
+    """A light, its layer of visibility, its samples: points (places × n, 2), metres of light space; weights (n,)."""
+
+    light: Light
+    layer: int
+    points: np.ndarray
+    weights: np.ndarray
+
+
+class ShadowAtlas:
+    """The shadow maps of lights with `plan.samples` samples each, one light at a time.
+
+    With `keeps_maps`, and where all of them fit the atlas, a map is drawn again only when the light or the scene has
+    changed, or the camera sees receivers that it does not hold.
+
+    `light`, `samples`, `boxes`, `views`, `draw_views`, `arguments`, `drawn` and `depth_view` are for techniques with
+    fits and look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include
+    shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
+    """
+
+    def __init__(
+        self,
+        gpu: Gpu,
+        scene: SceneBuffers,
+        gbuffer: GBuffer,
+        plan: AtlasPlan,
+        *,
+        bias_scale: float = 1.0,
+        margin_texels: int = 1,
+        search_margin: float = 0.0,
+        keeps_maps: bool = False,
+        texels_per_pixel: float = 2.0,
+    ) -> None:
+        self.plan, self._gpu, self._scene, self._gbuffer = plan, gpu, scene, gbuffer
+        self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._search_margin, self._texels_per_pixel = search_margin, texels_per_pixel
+        self.keeps_maps = keeps_maps and plan.holds_all
+        self._kept_for: tuple[Light, bytes, Geometry] | None = None  # light, its samples, scene
+        self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
+        device = gpu.device
+        gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
+        self.bytes = plan.bytes
+        self._staging: wgpu.GPUBuffer | None = None
+
+        def buffer(size: int, usage: int) -> wgpu.GPUBuffer:
+            gpu.check_buffer(size, "a shadow buffer")
+            self.bytes += size
+            return device.create_buffer(size=size, usage=usage)
+
+        storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
+        self.light = buffer(dtype(ShadowLight).itemsize, storage | write | _USAGE.COPY_SRC)
+        self.samples = buffer(16 * plan.places * plan.samples, storage | write)
+        self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
+        self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
+        self.boxes = boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
+        self.draw_views = buffer(
+            FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
+            storage | _USAGE.VERTEX | _USAGE.COPY_SRC,
+        )
+        self.drawn = buffer(4 * -(-plan.samples // 32), storage | write)
+        self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
+        self.depth = device.create_texture(
+            size=(plan.atlas_size, plan.atlas_size, 1),
+            format="depth32float",
+            usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
+        )
+        self.depth_view = self.depth.create_view()
+        self._write_chunks()
+
+        uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
+
+        def bind(
+            resources: Sequence[tuple[object, dict]], visibility: int
+        ) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+            layouts, entries = [], []
+            for binding, (resource, kind) in enumerate(resources):
+                if isinstance(resource, wgpu.GPUBuffer):
+                    size = dtype(Chunk).itemsize if kind.get("has_dynamic_offset") else resource.size
+                    layouts.append({"binding": binding, "visibility": visibility, "buffer": kind})
+                    entries.append({"binding": binding, "resource": {"buffer": resource, "offset": 0, "size": size}})
+                else:
+                    layouts.append({"binding": binding, "visibility": visibility, "texture": kind})
+                    entries.append({"binding": binding, "resource": resource})
+            layout = device.create_bind_group_layout(entries=layouts)
+            return layout, device.create_bind_group(layout=layout, entries=entries)
+
+        compute = _STAGES.COMPUTE
+        light, samples, views = (self.light, read), (self.samples, read), (self.views, read)
+        receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read)]
+        receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
+        fit_resources = [
+            light,
+            samples,
+            (boxes, read),
+            (self.views, readwrite),
+            (self.draw_views, readwrite),
+            (self.arguments, readwrite),
+            (self.drawn, readwrite),
+        ]
+        fit_layout, self._fit_bindings = bind(fit_resources, compute)
+        chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
+        self._draw_layout, self._draw_bindings = bind([light], _STAGES.VERTEX | _STAGES.FRAGMENT)
+        atlas = (self.depth_view, {"sample_type": "depth"})
+        self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
+
+        def compute_pipeline(file: str, entry: str, layouts: list) -> wgpu.GPUComputePipeline:
+            module = shader_module(device, compose(_HERE / file), file)
+            layout = device.create_pipeline_layout(bind_group_layouts=layouts)
+            return device.create_compute_pipeline(layout=layout, compute={"module": module, "entry_point": entry})
+
+        self._bound_receivers = compute_pipeline(
+            "receivers.wgsl",
+            "cs_bound_receivers",
+            [gbuffer.receiver_layout, scene.layout, receivers_layout],
+        )
+        self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", [fit_layout])
+        self._pipelines = self.draw_pipelines("greater")
+        self._draws: dict[tuple[int, bool], wgpu.GPURenderBundle] = {}  # by chunk, with or without clearing its views
+        attachment = {"view": self.depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
+        self._loaded, self._cleared = ({**attachment, "depth_load_op": op} for op in ("load", "clear"))
+
+    def draw_pipelines(self, keeps: str) -> list[wgpu.GPURenderPipeline]:
+        """The pipelines of a chunk's draws, of which a texel keeps the "greater" or the "less" closeness."""
+        clips = "clip-distances" in self._gpu.features
+        device = self._gpu.device
+        name = "draw.wgsl" if clips else "draw_discard.wgsl"
+        module = shader_module(device, compose(_HERE / name), name)
+        position = {"format": "float32x3", "offset": 0, "shader_location": 0}
+        positions = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
+        rows = [
+            {"format": "float32x4", "offset": 16 * row, "shader_location": 1 + row}
+            for row in range(len(dtype(DrawView).names or ()))
+        ]
+        views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
+
+        def pipeline(
+            kind: str, buffers: list, fragment: str | None, cull: str, compare: str = keeps
+        ) -> wgpu.GPURenderPipeline:
+            return device.create_render_pipeline(
+                layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
+                vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
+                primitive={"topology": "triangle-list", "front_face": "cw", "cull_mode": cull},
+                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": compare},
+                fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
+            )
+
+        opaque_fragment = None if clips else "fs_opaque"
+        return [
+            pipeline("clear", [views], None, "none", "always"),
+            pipeline("opaque", [views, positions], opaque_fragment, "back"),
+            pipeline("opaque", [views, positions], opaque_fragment, "none"),
+            pipeline("masked", [views], "fs_masked", "none"),
+        ]
+
+    def _write_chunks(self) -> None:
+        """The chunks' uniforms: the same for every frame."""
+        plan = self.plan
+        rows = np.zeros((plan.chunks, UNIFORM_ALIGNMENT), np.uint8)
+        for index in range(plan.chunks):
+            first = min(index * plan.samples_per_chunk, plan.samples)
+            count = min(plan.samples_per_chunk, plan.samples - first)
+            data = pack(Chunk(first_sample=first, sample_count=count))
+            rows[index, : len(data)] = np.frombuffer(data, np.uint8)
+        self._gpu.device.queue.write_buffer(self._chunks, 0, rows)
+
+    def set_lights(self, lights: Sequence[SampledLight]) -> None:
+        """Write this frame's lights; `encode_fit` takes them by their index."""
+        self._lights = [(sampled.light, sampled.points.tobytes()) for sampled in lights]
+        self._stride = sum(buffer.size for buffer in self._per_light)
+        if self._staging is None or self._staging.size < self._stride * len(lights):
+            usage = _USAGE.COPY_SRC | _USAGE.COPY_DST
+            self._staging = self._gpu.device.create_buffer(size=self._stride * len(lights), usage=usage)
+        data = b"".join(self._light_bytes(light) for light in lights)
+        self._gpu.device.queue.write_buffer(self._staging, 0, data)
+
+    @property
+    def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
+        """The buffers that hold one light at a time."""
+        return (self.light, self.samples, self.arguments)
+
+    def _light_bytes(self, sampled: SampledLight) -> bytes:
+        """The contents of the per-light buffers, one after the other."""
+        plan, scene, light = self.plan, self._scene, sampled.light
+        right, up, back = light.axes
+        directional = light.kind == "directional"
+        near, far = max(1e-5 * scene.diagonal, 1e-7), farthest(scene.geometry.bounds, light.center)
+        if directional:
+            near, far = depth_range(scene.geometry.bounds, -back)
+        uniforms = ShadowLight(
+            center_ws=tuple(light.center),
+            is_one_sided=int(light.one_sided),
+            right_ws=tuple(right),
+            half_width=light.half_extent[0],
+            up_ws=tuple(up),
+            half_height=light.half_extent[1],
+            back_ws=tuple(back),
+            is_directional=int(directional),
+            near=near,
+            far=far,
+            depth_scale=1.0 if directional else near,
+            window_scale=max(scene.diagonal, 1e-6) if directional else 1.0,
+            bias_scale=self._bias_scale,
+            texels_per_pixel=self._texels_per_pixel,
+            margin_texels=float(self._margin_texels),
+            search_margin=self._search_margin,
+            is_auto=int(plan.is_auto),
+            is_round=int(light.kind == "disk"),
+            tile_size=plan.tile,
+            tiles_per_row=plan.tiles_per_row,
+            atlas_size=plan.atlas_size,
+            box_count=self._groups[0] * self._groups[1],
+            occluder_count=scene.occluder_count,
+            sample_count=plan.samples,
+            samples_per_batch=plan.samples_per_batch,
+            samples_per_chunk=plan.samples_per_chunk,
+            total_weight=float(np.sum(sampled.weights)),
+            visibility_offset=sampled.layer * self._gbuffer.size[0] * self._gbuffer.size[1],
+        )
+        samples = np.zeros((plan.places * plan.samples, 4), np.float32)
+        samples[:, :2], samples[:, 2] = sampled.points, np.tile(sampled.weights, plan.places)
+        # A chunk's draws: count, instances (filled by the fit), first, base vertex, first instance.
+        solid = 0 if reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
+        ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])
+        arguments = np.zeros((DRAWS, DRAW_BYTES // 4), np.uint32)
+        arguments[0, 0] = 6
+        arguments[1:, 0], arguments[1:, 2] = np.diff(ends), ends[:-1]
+        return pack(uniforms) + samples.tobytes() + np.tile(arguments, (plan.chunks, 1)).tobytes()
+
+    def encode_receivers(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
+        """Let light `index` take its turn: boxes around what the G-buffer sees and something can shadow."""
+        assert self._staging is not None, "set_lights() comes before encode_receivers()"
+        drawn_for = (*self._lights[index], self._scene.geometry)
+        if not self.keeps_maps or drawn_for != self._kept_for:
+            encoder.clear_buffer(self.drawn)
+            self._kept_for = drawn_for
+        offset = index * self._stride
+        for buffer in self._per_light:
+            encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)
+            offset += buffer.size
+        fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
+        fit.set_pipeline(self._bound_receivers)
+        fit.set_bind_group(0, self._gbuffer.receiver_bindings)
+        fit.set_bind_group(1, self._scene.bindings)
+        fit.set_bind_group(2, self._receivers_bindings)
+        fit.dispatch_workgroups(*self._groups)
+        fit.end()
+
+    def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
+        """Fit all the light's views to its receivers."""
+        fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
+        fit.set_pipeline(self._fit)
+        fit.set_bind_group(0, self._fit_bindings)
+        fit.dispatch_workgroups(self.plan.samples)
+        fit.end()
+
+    def chunk_offset(self, chunk: int) -> int:
+        """The dynamic offset of the chunk's uniforms."""
+        return UNIFORM_ALIGNMENT * chunk
+
+    def encode_draw(
+        self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int, *, clears_atlas: bool, clears_views: bool
+    ) -> None:
+        """Draw the chunk's occluders, into a cleared atlas, or into views that are cleared one by one."""
+        attachment = self._cleared if clears_atlas else self._loaded
+        if (chunk, clears_views) not in self._draws:
+            self._draws[chunk, clears_views] = self.record_draws(chunk, self._pipelines, clears_views=clears_views)
+        draw = encoder.begin_render_pass(
+            color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
+        )
+        draw.execute_bundles([self._draws[chunk, clears_views]])
+        draw.end()
+
+    def record_draws(
+        self, chunk: int, pipelines: Sequence[wgpu.GPURenderPipeline], *, clears_views: bool
+    ) -> wgpu.GPURenderBundle:
+        """The chunk's draws, to be replayed every frame: the buffers they name are as old as the atlas or its scene."""
+        scene, (clear, solid, opaque, masked) = self._scene, pipelines
+        draw = self._gpu.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format="depth32float")
+        draw.set_bind_group(0, self._draw_bindings)
+        draw.set_bind_group(1, scene.bindings)
+        first_view = chunk * self.plan.samples_per_chunk * FACES
+        draw.set_vertex_buffer(0, self.draw_views, first_view * dtype(DrawView).itemsize)
+        arguments = DRAW_BYTES * DRAWS * chunk
+        if clears_views:
+            draw.set_pipeline(clear)
+            draw.draw_indirect(self.arguments, arguments)
+        if scene.opaque_count:
+            draw.set_vertex_buffer(1, scene.positions)
+            draw.set_index_buffer(scene.indices, "uint32")
+            draw.set_pipeline(solid)
+            draw.draw_indexed_indirect(self.arguments, arguments + DRAW_BYTES)
+            draw.set_pipeline(opaque)
+            draw.draw_indexed_indirect(self.arguments, arguments + 2 * DRAW_BYTES)
+        if scene.triangle_count > scene.opaque_count:
+            draw.set_pipeline(masked)
+            draw.draw_indirect(self.arguments, arguments + 3 * DRAW_BYTES)
+        return draw.finish()

@@ -1,0 +1,86 @@
+"""What shadow maps share with their shaders: the light, its windows, their draws, receivers, occluders, chunks."""
+
+from __future__ import annotations
+
+from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f
+
+FACES = 6
+"""Of the cube around a light sample that its windows are cut into."""
+
+
+class ShadowLight(Struct):
+    """A light as the shadow maps see it, and the sizes of its atlas (light_space.wgsl)."""
+
+    center_ws: Vec3f
+    is_one_sided: U32
+    right_ws: Vec3f
+    half_width: F32
+    up_ws: Vec3f
+    half_height: F32
+    back_ws: Vec3f
+    is_directional: U32
+    near: F32
+    far: F32
+    depth_scale: F32
+    window_scale: F32
+    bias_scale: F32
+    texels_per_pixel: F32
+    margin_texels: F32
+    search_margin: F32  # half lights around the receivers that look-ups reach
+    is_auto: U32
+    is_round: U32
+    tile_size: U32
+    tiles_per_row: U32
+    atlas_size: U32
+    box_count: U32
+    occluder_count: U32
+    sample_count: U32
+    samples_per_batch: U32
+    samples_per_chunk: U32
+    total_weight: F32
+    visibility_offset: U32  # of the light's first pixel in the visibility buffer
+
+
+class ShadowView(Struct):
+    """One window of one sample: where it lies in its face's tangents, and where in the atlas. Size 0: not in use."""
+
+    window_low: Vec2f
+    texels_per_unit: Vec2f
+    origin: Vec2u
+    size: Vec2u
+
+
+class DrawView(Struct):
+    """A view as its draw sees it: rows that take a world position, relative to the light's centre, to clip space.
+
+    x and y run from 0 to 2 across the atlas once divided by w; `edges` are the view's low and high corner so.
+    """
+
+    row_x: Vec4f
+    row_y: Vec4f
+    row_closeness: Vec4f
+    row_w: Vec4f
+    edges: Vec4f
+
+
+class ReceiverBox(Struct):
+    """Receivers of 8×8 pixels: their extent in light space, their number, the mean width of their pixels in metres."""
+
+    low: Vec3f
+    count: F32
+    high: Vec3f
+    footprint: F32
+
+
+class OccluderBox(Struct):
+    """World extent of a cluster of triangles."""
+
+    low_ws: Vec3f
+    high_ws: Vec3f
+
+
+class Chunk(Struct):
+    """The light samples of one draw."""
+
+    first_sample: U32
+    sample_count: U32

@@ -1,0 +1,69 @@
+// Rays from a receiver to points on the light, gathered four at a time: "is light sample s visible from p?", answered exactly.
+// They start and end as the truth's do (truth/tracer.py, OFFSET).
+
+//#include "visibility/query.wgsl"
+//#include "visibility/maps/light_samples.wgsl"
+//#include "occluded.wgsl"
+
+const OFFSET = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate: a start that no triangle blocks by rounding
+
+// A receiver as the light's points see it.
+struct RayStart {
+    origin_ws: vec3f,
+    normal_ws: vec3f,
+    offset: f32,
+    until: f32,        // of every ray, to end before a flat light; negative where the end depends on the ray
+    is_before: bool,   // of a one-sided light
+};
+
+fn ray_offset(position_ws: vec3f) -> f32 {
+    let size = abs(position_ws);
+    return OFFSET * max(max(size.x, size.y), max(size.z, tree.extent));
+}
+
+fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
+    let offset = ray_offset(position_ws);
+    let height = -dot(position_ws - light.center_ws, light.back_ws);
+    var until = -1.0;
+    if light.is_directional == 1u {
+        until = 1.0;
+    } else if min(light.half_width, light.half_height) > 0.0 {
+        until = 1.0 - ray_offset(light.center_ws) / max(abs(height), 1e-30);
+    }
+    let is_before = light.is_one_sided == 0u || height > 0.0;
+    return RayStart(position_ws + offset * normal_ws, normal_ws, offset, until, is_before);
+}
+
+// From the start to a point of the light, in light space.
+fn ray_to(start: RayStart, point: vec2f) -> vec3f {
+    if light.is_directional == 1u {
+        return light.back_ws * (length(start.origin_ws - tree.low_ws) + 2.0 * tree.diagonal);  // past all triangles
+    }
+    return light.center_ws + point.x * light.right_ws + point.y * light.up_ws - start.origin_ws;
+}
+
+// Below the receiver's horizon, or behind a one-sided light, nothing is visible.
+fn can_see(start: RayStart, ray: vec3f) -> bool {
+    return start.is_before && dot(ray, start.normal_ws) > -start.offset;
+}
+
+// The samples that wait for their rays, and the rays.
+var<private> waiting: vec4u;
+var<private> waiting_count = 0u;
+var<private> packet: Packet;
+
+fn begin_packet(start: RayStart) {
+    packet.origin_ws = start.origin_ws;
+    packet.until = vec4f(-1.0);
+    waiting_count = 0u;
+}
+
+fn add_to_packet(start: RayStart, sample_index: u32, ray: vec3f) {
+    let until = select(start.until, 1.0 - start.offset / max(length(ray), 1e-30), start.until < 0.0);
+    waiting = vec4u(sample_index, waiting.xyz);
+    packet.x = vec4f(ray.x, packet.x.xyz);
+    packet.y = vec4f(ray.y, packet.y.xyz);
+    packet.z = vec4f(ray.z, packet.z.xyz);
+    packet.until = vec4f(until, packet.until.xyz);
+    waiting_count += 1u;
+}
