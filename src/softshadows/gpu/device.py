@@ -7,18 +7,20 @@ from __future__ import annotations
 
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Any
+from typing import Any, Literal, get_args
 
+import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError, OptionError
+from softshadows.gpu.layout import Struct, pack
 
 OPTIONAL_FEATURES = {
-    "clip-distances": "without it every shadow map is a draw of its own, with a viewport, not an instance of one draw",
+    "clip-distances": "without it shadow maps are kept apart by a fragment shader, which draws the same more slowly",
     "timestamp-query": "without it frame.stats.gpu_ms is empty",
 }
 """Features asked for where the adapter has them, with what happens without."""
@@ -73,11 +75,17 @@ CPU_RAYS_AT_ONCE, GPU_RAYS_AT_ONCE = 16, 32
 through the spokes of a wheel have exceeded."""
 
 
+Dependency = Literal["scene", "camera", "light", "samples", "constant"]
+"""What written data depend on: nodes and meshes, the camera, lights, the points on them that are sampled, or nothing
+that changes."""
+
+
 @dataclass(frozen=True, eq=False)
 class Gpu:
     """A device and what it may use. `fallbacks` names the optional features it lacks, with the consequence.
 
-    `pipelines` holds the modules and pipelines made so far (program.py).
+    `pipelines` holds the modules and pipelines made so far (program.py). Every function in `write_listeners` is called
+    with the arguments of every `write`: how the writes of a frame are recorded.
     """
 
     adapter: wgpu.GPUAdapter
@@ -85,6 +93,9 @@ class Gpu:
     features: frozenset[str]
     fallbacks: list[str] = field(default_factory=list)
     pipelines: dict[object, Any] = field(default_factory=dict)
+    write_listeners: list[Callable[[wgpu.GPUBuffer, int, bytes | np.ndarray, Dependency], None]] = field(
+        default_factory=list
+    )
 
     @property
     def is_cpu(self) -> bool:
@@ -126,11 +137,37 @@ class Gpu:
                 "Lower the image size, the number of lights or the number of triangles."
             )
 
-    def storage_buffer(self, size: int, what: str) -> wgpu.GPUBuffer:
-        """A storage buffer that can be copied from and to. DeviceError where it cannot be bound."""
+    def buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
+        """A buffer of `size` bytes, all 0, that can be copied from and to, too. DeviceError where it cannot be bound."""
         self.check_buffer(size, what)
-        usage = wgpu.BufferUsage
-        return self.device.create_buffer(size=size, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST)
+        usage |= wgpu.BufferUsage.COPY_SRC | wgpu.BufferUsage.COPY_DST
+        return self.device.create_buffer(label=what, size=size, usage=usage)
+
+    def storage_buffer(self, size: int, what: str) -> wgpu.GPUBuffer:
+        """A `buffer` for shaders to read and write."""
+        return self.buffer(size, wgpu.BufferUsage.STORAGE, what)
+
+    def uniform(self, value: Struct) -> wgpu.GPUBuffer:
+        """A uniform buffer that holds `value`."""
+        data = pack(value)
+        buffer = self.buffer(len(data), wgpu.BufferUsage.UNIFORM, type(value).__name__)
+        self.write(buffer, 0, data, what="constant")
+        return buffer
+
+    def texture(self, size: tuple[int, int], format: str, usage: int, what: str) -> wgpu.GPUTexture:
+        """A 2-d texture of one layer and level. DeviceError where the adapter has none so large."""
+        self.check_texture(*size, what)
+        return self.device.create_texture(label=what, size=(*size, 1), format=format, usage=usage)
+
+    def write(self, buffer: wgpu.GPUBuffer, offset: int, data: bytes | np.ndarray, *, what: Dependency) -> None:
+        """Write contiguous `data` into `buffer` from `offset` bytes on, before the next submit.
+
+        `what` names all that the data depend on by its most changing part.
+        """
+        assert what in get_args(Dependency), f"nothing depends on {what!r}"
+        for listener in self.write_listeners:
+            listener(buffer, offset, data, what)
+        self.device.queue.write_buffer(buffer, offset, data)
 
 
 def acquire(profile: str = "full") -> Gpu:

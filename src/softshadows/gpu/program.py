@@ -32,7 +32,7 @@ class Slice:
     size: int
 
 
-Resource = wgpu.GPUBuffer | wgpu.GPUTextureView | Slice
+Resource = wgpu.GPUBuffer | wgpu.GPUTexture | wgpu.GPUTextureView | Slice
 Pass = wgpu.GPUComputePassEncoder | wgpu.GPURenderPassEncoder | wgpu.GPURenderBundleEncoder
 
 _VARIABLE = re.compile(r"@group\((\d+)\)\s*@binding\((\d+)\)\s*var(?:<[^>]*>)?\s+(\w+)\s*:")
@@ -150,6 +150,8 @@ def _entry(resource: Resource) -> Any:
             return {"buffer": buffer, "offset": offset, "size": size}
         case wgpu.GPUBuffer():
             return {"buffer": resource}
+        case wgpu.GPUTexture():
+            return resource.create_view()
         case _:
             return resource
 
