@@ -1,1 +1,1 @@
-"""TODO."""
+"""What every frame has, whatever its technique: the G-buffer and the shading."""

@@ -1,1 +1,1 @@
-"""TODO."""
+"""Scenes as plain data: meshes, nodes, cameras, lights, materials, shots. Nothing here knows a GPU."""
