@@ -15,6 +15,7 @@ import wgpu
 
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype
+from softshadows.gpu.program import Resource
 from softshadows.scene.edges import MeshEdges, edges_of
 from softshadows.scene.geometry import Geometry
 
@@ -80,8 +81,7 @@ class EdgeBuffers:
     """Edges, triangles and clusters of all objects, and the objects' boxes.
 
     edge_records: array<vec4u>, two ends, two triangles as `_side`; triangle_records: array<vec4u>, three edges as
-    `_side`, the triangle; edge_ranges, triangle_ranges: array<vec2u>, first and count of each cluster. The counts are
-    at least 1 for buffers, which may hold nothing.
+    `_side`, the triangle; cluster_ranges: array<vec2u>, first and count of each cluster of edges, then of triangles.
     """
 
     def __init__(self, gpu: Gpu, geometry: Geometry) -> None:
@@ -109,6 +109,7 @@ class EdgeBuffers:
         triangle_starts = _joined([node.edges.triangle_starts for node in placed])
         edge_ranges, self._edge_clusters = _clusters(edge_starts)
         triangle_ranges, self._triangle_clusters = _clusters(triangle_starts)
+        self._triangle_clusters[0] += len(edge_ranges)
         self._corners = (_stacked(triangle_records, 4)[:, 3], triangle_starts[:-1])
         self.is_closed = np.concatenate([np.zeros(0, bool), *(node.edges.is_closed for node in placed)])
         self.is_card = np.concatenate([np.zeros(0, bool), *(node.edges.is_card for node in placed)])
@@ -117,8 +118,7 @@ class EdgeBuffers:
         self.bytes = 0
         self.edge_records = self._upload(_stacked(edge_records, 4), "the edges")
         self.triangle_records = self._upload(_stacked(triangle_records, 4), "the triangles' edges")
-        self.edge_ranges = self._upload(edge_ranges, "the clusters of edges")
-        self.triangle_ranges = self._upload(triangle_ranges, "the clusters of triangles")
+        self.cluster_ranges = self._upload(np.concatenate([edge_ranges, triangle_ranges]), "the clusters of edges")
 
     def _upload(self, array: np.ndarray, what: str) -> wgpu.GPUBuffer:
         data = np.ascontiguousarray(array, np.uint32)
@@ -128,6 +128,20 @@ class EdgeBuffers:
         if data.nbytes:
             self._gpu.device.queue.write_buffer(buffer, 0, data)
         return buffer
+
+    @property
+    def cluster_count(self) -> int:
+        """Clusters of edges and of triangles."""
+        return self.edge_cluster_count + self.triangle_cluster_count
+
+    @property
+    def resources(self) -> dict[str, Resource]:
+        """What silhouettes.wgsl declares of them."""
+        return {
+            "edge_records": self.edge_records,
+            "triangle_records": self.triangle_records,
+            "cluster_ranges": self.cluster_ranges,
+        }
 
     @property
     def silhouette_count(self) -> int:

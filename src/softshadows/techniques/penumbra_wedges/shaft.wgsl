@@ -8,11 +8,10 @@
 //#include "passes/gbuffer/receiver.wgsl"
 
 @group(1) @binding(0) var<storage, read> edges: array<WedgeEdge>;
-@group(1) @binding(1) var<storage, read> edge_clusters: array<WedgeCluster>;
+@group(1) @binding(1) var<storage, read> clusters: array<WedgeCluster>;  // of edges, then of triangles
 @group(1) @binding(2) var<storage, read> planes: array<vec4f>;
 @group(1) @binding(3) var<storage, read> triangle_records: array<vec4u>;
-@group(1) @binding(4) var<storage, read> triangle_clusters: array<WedgeCluster>;
-@group(1) @binding(5) var<storage, read_write> visibility: array<f32>;
+@group(1) @binding(4) var<storage, read_write> visibility: array<f32>;
 @group(2) @binding(0) var<storage, read> light: WedgeLight;
 @group(3) @binding(0) var<uniform> first_tile_row: vec4u;  // of the band of the image that this dispatch does, in x
 
@@ -242,7 +241,7 @@ fn layers_in(lane: u32, receiver: WedgeReceiver, first: u32, count: u32, walk: p
         spend(walk, 1u);
         var is_near = false;
         if start + lane < count {
-            let cluster = triangle_clusters[first + start + lane];
+            let cluster = clusters[first + start + lane];
             is_near = box_in_shaft(shaft, cluster.low, cluster.high);
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
@@ -251,7 +250,7 @@ fn layers_in(lane: u32, receiver: WedgeReceiver, first: u32, count: u32, walk: p
                 (*walk).triangle_cluster = index;
                 return layers;
             }
-            let cluster = triangle_clusters[first + index];
+            let cluster = clusters[first + index];
             let in_shaft = votes(lane, load_triangle(lane, cluster, shaft));
             spend(walk, 1u + vote_count(in_shaft));
             for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {

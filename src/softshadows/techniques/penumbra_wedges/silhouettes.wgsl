@@ -1,22 +1,20 @@
 // Once per frame and light: planes, edges and clusters in light units, and which edges are silhouettes.
 // [Forest2006 §4.1] "silhouette edges selection", here for all edges at once.
 
+//#include "gpu/scene.wgsl"
+//#include "light_frame.wgsl"
+
 @group(0) @binding(0) var<storage, read> light: WedgeLight;
-@group(1) @binding(0) var<storage, read> vertex_positions_ws: array<f32>;
-@group(1) @binding(1) var<storage, read> triangle_indices: array<u32>;
-@group(1) @binding(2) var<storage, read> faces: array<vec4f>;              // unit normal by winding, material
-@group(1) @binding(3) var<storage, read> edge_records: array<vec4u>;       // edge_buffers.py
-@group(1) @binding(4) var<storage, read> triangle_records: array<vec4u>;
-@group(1) @binding(5) var<storage, read> cluster_ranges: array<vec2u>;     // first edge or triangle, how many
-@group(1) @binding(6) var<storage, read_write> planes: array<vec4f>;       // by triangle; a point in front is positive
-@group(1) @binding(7) var<storage, read_write> edges: array<WedgeEdge>;
-@group(1) @binding(8) var<storage, read_write> clusters: array<WedgeCluster>;
-@group(1) @binding(9) var<storage, read_write> light_is_cut: atomic<u32>;  // by a triangle
+@group(2) @binding(0) var<storage, read> edge_records: array<vec4u>;       // edge_buffers.py
+@group(2) @binding(1) var<storage, read> triangle_records: array<vec4u>;
+@group(2) @binding(2) var<storage, read> cluster_ranges: array<vec2u>;     // first edge, how many; then the same of triangles
+@group(2) @binding(3) var<storage, read_write> planes: array<vec4f>;       // by triangle; a point in front is positive
+@group(2) @binding(4) var<storage, read_write> edges: array<WedgeEdge>;
+@group(2) @binding(5) var<storage, read_write> clusters: array<WedgeCluster>;  // as cluster_ranges
+@group(2) @binding(6) var<storage, read_write> light_is_cut: atomic<u32>;  // by a triangle
 
 // Are silhouettes those of the light's centre, or of any of its points? [Laine2005 §4]
 override from_every_sample: bool = false;
-
-//#include "light_frame.wgsl"
 
 const CLUSTER = 64u;
 const FAR = 3e38;
@@ -25,9 +23,7 @@ var<workgroup> lowest: array<vec3f, CLUSTER>;
 var<workgroup> highest: array<vec3f, CLUSTER>;
 
 fn vertex_in_light_units(vertex: u32) -> vec3f {
-    let position_ws =
-        vec3f(vertex_positions_ws[3u * vertex], vertex_positions_ws[3u * vertex + 1u], vertex_positions_ws[3u * vertex + 2u]);
-    return to_light_units(position_ws - light.center_ws);
+    return to_light_units(vertex_position_ws(vertex) - light.center_ws);
 }
 
 @compute @workgroup_size(64)
@@ -36,7 +32,7 @@ fn cs_planes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
     if triangle >= arrayLength(&planes) {
         return;
     }
-    let normal = normal_in_light_units(faces[triangle].xyz);
+    let normal = normal_in_light_units(face_normal_ws(triangle));
     planes[triangle] = vec4f(normal, -dot(normal, vertex_in_light_units(triangle_indices[3u * triangle])));
 }
 
@@ -68,7 +64,7 @@ fn cuts_light(side: u32) -> bool {
 @compute @workgroup_size(64)
 fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let cluster = linear_group(group);
-    if cluster >= arrayLength(&clusters) {
+    if cluster >= light.edge_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];
@@ -105,18 +101,18 @@ fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index
 
 @compute @workgroup_size(64)
 fn cs_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let cluster = linear_group(group);
-    if cluster >= arrayLength(&clusters) {
+    let cluster = light.edge_cluster_count + linear_group(group);
+    if linear_group(group) >= light.triangle_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];
     lowest[lane] = vec3f(FAR);
     highest[lane] = vec3f(-FAR);
     if lane < range.y {
-        let triangle = triangle_records[range.x + lane].w;
-        let a = vertex_in_light_units(triangle_indices[3u * triangle]);
-        let b = vertex_in_light_units(triangle_indices[3u * triangle + 1u]);
-        let c = vertex_in_light_units(triangle_indices[3u * triangle + 2u]);
+        let vertices = triangle_vertices(triangle_records[range.x + lane].w);
+        let a = vertex_in_light_units(vertices.x);
+        let b = vertex_in_light_units(vertices.y);
+        let c = vertex_in_light_units(vertices.z);
         lowest[lane] = min(a, min(b, c));
         highest[lane] = max(a, max(b, c));
         if cuts_light_area(a, b, c) {

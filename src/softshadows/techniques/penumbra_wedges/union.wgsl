@@ -8,7 +8,7 @@
 
 //#include "shaft.wgsl"
 
-@group(1) @binding(7) var<storage, read> edge_records: array<vec4u>;  // ends, triangle sides (silhouettes.wgsl)
+@group(1) @binding(6) var<storage, read> edge_records: array<vec4u>;  // ends, triangle sides (silhouettes.wgsl)
 
 override edge_rounds: u32 = 18;  // of loops that an edge may take (dispatches.py)
 
@@ -27,7 +27,7 @@ struct UnionState {
     layers: vec2u,
 };
 
-@group(1) @binding(6) var<storage, read_write> states: array<UnionState>;
+@group(1) @binding(5) var<storage, read_write> states: array<UnionState>;
 
 var<private> counts: array<u32, 48>;   // [bit][word]
 var<private> layers: vec2u;            // between the receiver and the light's centre
@@ -214,7 +214,7 @@ fn add_edges(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
         spend(walk, 1u);
         var is_near = false;
         if start + lane < light.edge_cluster_count {
-            let cluster = edge_clusters[start + lane];
+            let cluster = clusters[start + lane];
             is_near = box_in_shaft(shaft, cluster.low, cluster.high);
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
@@ -223,7 +223,7 @@ fn add_edges(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
                 (*walk).edge_cluster = index;
                 return;
             }
-            let cluster = edge_clusters[index];
+            let cluster = clusters[index];
             let in_shaft = votes(lane, load_edge(lane, cluster, shaft));
             spend(walk, 1u + vote_count(in_shaft) * edge_rounds);
             for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
@@ -308,7 +308,7 @@ fn cs_visibility(
     }
     let receiver = wedge_receiver(group.xy, local.xy);
     gather_shafts(lane, receiver);
-    layers += layers_in(lane, receiver, 0u, light.triangle_cluster_count, &walk);
+    layers += layers_in(lane, receiver, light.edge_cluster_count, light.triangle_cluster_count, &walk);
     if !walk.is_paused && light.is_point == 0u {
         add_edges(lane, receiver, &walk);
     }

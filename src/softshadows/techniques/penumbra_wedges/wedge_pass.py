@@ -12,15 +12,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
+from softshadows.gpu.program import Bindings, Program
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
@@ -33,7 +32,7 @@ from softshadows.techniques.penumbra_wedges.edge_buffers import (
     WedgeObject,
 )
 
-_HERE = Path(__file__).parent
+_FOLDER = "techniques/penumbra_wedges"
 _USAGE = wgpu.BufferUsage
 GROUPS_PER_ROW = 32768
 """Of a long dispatch, folded into rows (silhouettes.wgsl)."""
@@ -63,12 +62,17 @@ class WedgeLight(Struct):
 
 
 @dataclass(eq=False)
-class Turn:
-    """One side of one light: its buffers, and the bind groups that hold them, by kernel."""
+class LightSide:
+    """One side of one light: its buffers, and the bindings that hold them, those of visibility band by band."""
 
     light: wgpu.GPUBuffer
     objects: wgpu.GPUBuffer
-    bindings: dict[str, dict[int, wgpu.GPUBindGroup]]
+    silhouettes: list[Bindings]
+    visibility: list[Bindings]
+
+    @property
+    def bytes(self) -> int:
+        return self.light.size + self.objects.size
 
 
 class WedgePass(TechniquePass):
@@ -89,84 +93,72 @@ class WedgePass(TechniquePass):
     # -- What the scene decides ----------------------------------------------------------------------------------------
 
     def _build(self) -> None:
-        """Buffers and kernels for the scene's edges."""
-        gpu, edges = self._context.gpu, self._edges
-
-        def array(struct_bytes: int, count: int, what: str) -> wgpu.GPUBuffer:
-            size = struct_bytes * max(count, 1)
-            self.bytes += size
-            return gpu.storage_buffer(size, what)
-
-        self.bytes = edges.bytes
-        cluster = dtype(WedgeCluster).itemsize
-        self._buffers = {
-            "planes": array(16, edges.triangle_count, "the triangles' planes"),
-            "edges": array(dtype(WedgeEdge).itemsize, edges.edge_count, "the silhouettes' edges"),
-            "edge_clusters": array(cluster, edges.edge_cluster_count, "the clusters of edges"),
-            "triangle_clusters": array(cluster, edges.triangle_cluster_count, "the clusters of triangles"),
-            "light_is_cut": array(4, 1, "whether a light is cut"),
-        }
-        self._plan = plan(gpu, edges, self._context.gbuffer.size, self._constants is None)
-        self._buffers["states"] = array(self._plan.state_bytes, 1, "what receivers keep between dispatches")
-        self._kernels = {**self._silhouette_kernels(), "visibility": self._visibility_kernel()}
-        self._turns: list[Turn] = []
+        """Plan, buffers and programs for the scene's edges."""
+        self._plan = plan(self._context.gpu, self._edges, self._context.gbuffer.size, self._constants is None)
+        self._buffers = self._build_buffers()
         self._bands = [self._band(first_row) for first_row in self._plan.band_rows[:-1]]
-        self._scene_bytes = self.bytes
+        self._silhouettes = self._silhouette_programs()
+        self._visibility = self._visibility_program()
+        self._sides: list[LightSide] = []
+        self._scene_bytes = self._edges.bytes + sum(buffer.size for buffer in (*self._buffers.values(), *self._bands))
 
-    def _silhouette_kernels(self) -> dict[str, Kernel]:
-        scene, edges, buffers = self._context.scene, self._edges, self._buffers
-        resources = {
-            "cs_planes": {0: scene.positions, 1: scene.indices, 2: scene.faces, 6: buffers["planes"]},
-            "cs_edges": {
-                0: scene.positions,
-                3: edges.edge_records,
-                5: edges.edge_ranges,
-                6: buffers["planes"],
-                7: buffers["edges"],
-                8: buffers["edge_clusters"],
-            },
-            "cs_triangles": {
-                0: scene.positions,
-                1: scene.indices,
-                4: edges.triangle_records,
-                5: edges.triangle_ranges,
-                8: buffers["triangle_clusters"],
-                9: buffers["light_is_cut"],
-            },
+    def _build_buffers(self) -> dict[str, wgpu.GPUBuffer]:
+        """By the shaders' names: what silhouettes.wgsl finds for a light, and what receivers keep."""
+        edges = self._edges
+        sizes = {
+            "planes": (16, edges.triangle_count, "the triangles' planes"),
+            "edges": (dtype(WedgeEdge).itemsize, edges.edge_count, "the silhouettes' edges"),
+            "clusters": (dtype(WedgeCluster).itemsize, edges.cluster_count, "the clusters of edges and triangles"),
+            "light_is_cut": (4, 1, "whether a light is cut"),
+            "states": (self._plan.state_bytes, 1, "what receivers keep between dispatches"),
         }
-        constants = {"from_every_sample": self._constants is None}
-        file = _HERE / "silhouettes.wgsl"
         return {
-            entry: Kernel(self._context.gpu, file, entry, {1: used}, constants) for entry, used in resources.items()
+            name: self._context.gpu.storage_buffer(struct_bytes * max(count, 1), what)
+            for name, (struct_bytes, count, what) in sizes.items()
         }
 
-    def _visibility_kernel(self) -> Kernel:
-        context, edges, buffers = self._context, self._edges, self._buffers
-        gbuffer = context.gbuffer
-        receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
-        shared = {
-            0: buffers["edges"],
-            1: buffers["edge_clusters"],
-            2: buffers["planes"],
-            3: edges.triangle_records,
-            4: buffers["triangle_clusters"],
-            5: context.visibility,
-            6: buffers["states"],
-        }
-        is_union = self._constants is None
-        if is_union:
-            shared[7] = edges.edge_records
-        file = _HERE / ("union.wgsl" if is_union else "wedges.wgsl")
-        constants = {**(self._constants or {}), **self._plan.constants}
-        return Kernel(context.gpu, file, "cs_visibility", {0: receivers, 1: shared}, constants)
-
-    def _band(self, first_row: int) -> wgpu.GPUBindGroup:
-        """The visibility kernel's binding of a band that starts with this row of tiles."""
+    def _band(self, first_row: int) -> wgpu.GPUBuffer:
+        """The uniform of a band of the image that starts with this row of tiles."""
         data = np.array([first_row, 0, 0, 0], np.uint32)
-        self.bytes += data.nbytes
         uniform = self._context.gpu.device.create_buffer(size=data.nbytes, usage=_USAGE.UNIFORM | _USAGE.COPY_DST)
         self._context.gpu.device.queue.write_buffer(uniform, 0, data)
-        return self._kernels["visibility"].bind(3, {0: uniform})
+        return uniform
+
+    def _silhouette_programs(self) -> dict[Program, int]:
+        """The programs in the order they run, and how many workgroups they take."""
+        edges, buffers = self._edges, self._buffers
+        resources = {
+            **self._context.scene.resources,
+            **edges.resources,
+            **{name: buffers[name] for name in ("planes", "edges", "clusters", "light_is_cut")},
+        }
+        constants = {"from_every_sample": self._constants is None}
+        groups = {
+            "cs_planes": -(-edges.triangle_count // CLUSTER),
+            "cs_edges": edges.edge_cluster_count,
+            "cs_triangles": edges.triangle_cluster_count,
+        }
+        path = f"{_FOLDER}/silhouettes.wgsl"
+        return {
+            Program(self._context.gpu, path, entry, resources, constants=constants): count
+            for entry, count in groups.items()
+            if count
+        }
+
+    def _visibility_program(self) -> Program:
+        context, edges, buffers = self._context, self._edges, self._buffers
+        is_union = self._constants is None
+        records = {"edge_records": edges.edge_records} if is_union else {}
+        resources = {
+            **context.gbuffer.resources,
+            **{name: buffers[name] for name in ("edges", "clusters", "planes", "states")},
+            **records,
+            "triangle_records": edges.triangle_records,
+            "visibility": context.visibility,
+        }
+        path = f"{_FOLDER}/{'union' if is_union else 'wedges'}.wgsl"
+        constants = {**(self._constants or {}), **self._plan.constants}
+        return Program(context.gpu, path, "cs_visibility", resources, constants=constants)
 
     # -- What the lights decide ----------------------------------------------------------------------------------------
 
@@ -184,24 +176,27 @@ class WedgePass(TechniquePass):
             for layer, light in enumerate(lights)
             for is_second in ((False,) if light.one_sided else (False, True))
         ]
-        while len(self._turns) < len(sides):
-            self._turns.append(self._new_turn())
-        del self._turns[len(sides) :]
-        self.bytes = self._scene_bytes + sum(turn.light.size + turn.objects.size for turn in self._turns)
-        for turn, side in zip(self._turns, sides, strict=True):
-            self._write_turn(turn, *side)
+        while len(self._sides) < len(sides):
+            self._sides.append(self._new_side())
+        del self._sides[len(sides) :]
+        self.bytes = self._scene_bytes + sum(side.bytes for side in self._sides)
+        for side, (light, layer, is_second) in zip(self._sides, sides, strict=True):
+            self._write_side(side, light, layer, is_second)
 
-    def _new_turn(self) -> Turn:
-        gpu, kernels = self._context.gpu, self._kernels
-        light = gpu.device.create_buffer(size=dtype(WedgeLight).itemsize, usage=_USAGE.STORAGE | _USAGE.COPY_DST)
+    def _new_side(self) -> LightSide:
+        gpu = self._context.gpu
+        light = gpu.storage_buffer(dtype(WedgeLight).itemsize, "a light")
         size = dtype(WedgeObject).itemsize * max(self._edges.silhouette_count, 1)
         objects = gpu.storage_buffer(size, "the objects")
-        bindings = {name: {0: kernels[name].bind(0, {0: light})} for name in kernels if name != "visibility"}
-        own = {0: light} if self._constants is None else {0: light, 1: objects}
-        bindings["visibility"] = {2: kernels["visibility"].bind(2, own)}
-        return Turn(light, objects, bindings)
+        own = {"light": light} if self._constants is None else {"light": light, "objects": objects}
+        return LightSide(
+            light,
+            objects,
+            silhouettes=[program.bind(light=light) for program in self._silhouettes],
+            visibility=[self._visibility.bind(first_tile_row=band, **own) for band in self._bands],
+        )
 
-    def _write_turn(self, turn: Turn, light: Light, layer: int, is_second: bool) -> None:
+    def _write_side(self, side: LightSide, light: Light, layer: int, is_second: bool) -> None:
         """Write one side of a light. The second side of a two-sided one is turned half around its right axis."""
         right, up, back = light.axes
         if is_second:
@@ -231,38 +226,30 @@ class WedgePass(TechniquePass):
             receiver_offset=offset,
         )
         queue = self._context.gpu.device.queue
-        queue.write_buffer(turn.light, 0, pack(uniforms))
+        queue.write_buffer(side.light, 0, pack(uniforms))
         if len(objects):
-            queue.write_buffer(turn.objects, 0, objects)
+            queue.write_buffer(side.objects, 0, objects)
 
     # -- A frame -------------------------------------------------------------------------------------------------------
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._buffers["light_is_cut"])
-        groups = {
-            "cs_planes": -(-self._edges.triangle_count // CLUSTER),
-            "cs_edges": self._edges.edge_cluster_count,
-            "cs_triangles": self._edges.triangle_cluster_count,
-        }
-        for turn in self._turns:
+        for side in self._sides:
             with commands.compute("silhouettes") as compute:
-                for name, count in groups.items():
-                    if count:
-                        self._kernels[name].begin(compute, turn.bindings[name])
-                        compute.dispatch_workgroups(min(count, GROUPS_PER_ROW), -(-count // GROUPS_PER_ROW))
-            self._encode_visibility(commands, turn)
+                for (program, count), bindings in zip(self._silhouettes.items(), side.silhouettes, strict=True):
+                    program.dispatch(compute, (min(count, GROUPS_PER_ROW), -(-count // GROUPS_PER_ROW)), bindings)
+            self._encode_visibility(commands, side)
 
-    def _encode_visibility(self, commands: Commands, turn: Turn) -> None:
+    def _encode_visibility(self, commands: Commands, side: LightSide) -> None:
         columns = -(-self._context.gbuffer.size[0] // TILE)
         rows = self._plan.band_rows
-        for first, end, band in zip(rows[:-1], rows[1:], self._bands, strict=True):
+        for first, end, bindings in zip(rows[:-1], rows[1:], side.visibility, strict=True):
             if self._plan.parts > 1:
                 commands.encoder.clear_buffer(self._buffers["states"])
             with commands.compute("wedges") as compute:
-                self._kernels["visibility"].begin(compute, {**turn.bindings["visibility"], 3: band})
                 for _ in range(self._plan.parts):
-                    compute.dispatch_workgroups(columns, end - first)
-            commands.account(self._plan.milliseconds / len(self._bands))
+                    self._visibility.dispatch(compute, (columns, end - first), bindings)
+            commands.account(self._plan.milliseconds / self._plan.bands)
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:

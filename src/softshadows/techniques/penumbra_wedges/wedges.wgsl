@@ -23,7 +23,7 @@ struct WedgeState {
     occlusion: f32,
 };
 
-@group(1) @binding(6) var<storage, read_write> states: array<WedgeState>;
+@group(1) @binding(5) var<storage, read_write> states: array<WedgeState>;
 
 var<private> layers: vec2u;    // between the receiver and the light's centre, of the object at hand
 var<private> occlusion: f32;   // by all objects before it; not of OVERLAP
@@ -46,7 +46,7 @@ fn add_edges(lane: u32, receiver: WedgeReceiver, object: WedgeObject, walk: ptr<
         spend(walk, 1u);
         var is_near = false;
         if start + lane < object.edge_clusters {
-            let cluster = edge_clusters[object.first_edge_cluster + start + lane];
+            let cluster = clusters[object.first_edge_cluster + start + lane];
             is_near = box_in_shaft(shaft, cluster.low, cluster.high);
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
@@ -55,7 +55,7 @@ fn add_edges(lane: u32, receiver: WedgeReceiver, object: WedgeObject, walk: ptr<
                 (*walk).edge_cluster = index;
                 return;
             }
-            let cluster = edge_clusters[object.first_edge_cluster + index];
+            let cluster = clusters[object.first_edge_cluster + index];
             let in_shaft = votes(lane, load_edge(lane, cluster, shaft, object));
             spend(walk, 1u + vote_count(in_shaft));
             for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
