@@ -138,7 +138,7 @@ class Gpu:
             )
 
     def buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
-        """A buffer of `size` bytes, all 0, that can be copied from and to, too. DeviceError where it cannot be bound."""
+        """A buffer of `size` bytes, all 0, that can also be copied from and to. DeviceError where it is too large."""
         self.check_buffer(size, what)
         usage |= wgpu.BufferUsage.COPY_SRC | wgpu.BufferUsage.COPY_DST
         return self.device.create_buffer(label=what, size=size, usage=usage)

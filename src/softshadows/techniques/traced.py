@@ -64,9 +64,23 @@ class TracedPass(SampledPass):
             keeps_maps=uses_maps,
             stand_ins={**known, **self._tree.stand_ins},
         )
-        self._beside_layout, self._beside = self._tree.bind()
+        self._beside_layout, self._beside = self._bind_tree()
         self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise) if noise else None
         self._extra_bytes += self._tree.bytes + (self._denoise.bytes if self._denoise is not None else 0)
+
+    def _bind_tree(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
+        layouts, entries, device = [], [], self._context.gpu.device
+        for binding, resource in self._tree.numbered.items():
+            entry: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
+            if isinstance(resource, wgpu.GPUBuffer):
+                entry["buffer"] = {"type": "uniform" if resource is self._tree.grid else "read-only-storage"}
+                entries.append({"binding": binding, "resource": {"buffer": resource}})
+            else:
+                entry["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
+                entries.append({"binding": binding, "resource": resource})
+            layouts.append(entry)
+        layout = device.create_bind_group_layout(entries=layouts)
+        return layout, device.create_bind_group(layout=layout, entries=entries)
 
     def _plan(self, count: int) -> AtlasPlan:
         context = self._context

@@ -228,7 +228,7 @@ class AdaptiveSampling:
         if self._uses_maps:
             kernels["lookup"] = kernel("lookup", {0: receivers, 2: maps}, leaves_unknown=float(self._tree is not None))
         if self._tree is not None:
-            groups = {0: receivers, 1: self._tree.resources, 2: _numbered(atlas.light, atlas.samples)}
+            groups = {0: receivers, 1: self._tree.numbered, 2: _numbered(atlas.light, atlas.samples)}
             kernels["trace"] = kernel("trace", groups, self._tree.stand_ins, follows_maps=float(self._uses_maps))
             if self._has_probes:
                 kernels["probe"] = kernel("probe", {**groups, 2: {0: atlas.light}}, self._tree.stand_ins)

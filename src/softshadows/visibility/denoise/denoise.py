@@ -7,13 +7,11 @@ across the window stays as it is. Measured: docs/decisions/0017-rays.md.
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.kernel import Kernel
+from softshadows.gpu.program import Program
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 
 
@@ -26,13 +24,15 @@ class Denoise:
         self.bytes = self._noisy.size
         width, height = gbuffer.size
         self._groups = (-(-width // 8), -(-height // 8), visibility.size // (4 * width * height))
-        receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
-        groups = {0: receivers, 1: {0: self._noisy, 1: visibility}}
-        file = Path(__file__).with_suffix(".wgsl")
-        self._kernel = Kernel(gpu, file, "cs_denoise", groups, {"noise": noise})
+        self._denoise = Program(
+            gpu,
+            "visibility/denoise/denoise.wgsl",
+            "cs_denoise",
+            {**gbuffer.resources, "noisy": self._noisy, "visibility": visibility},
+            constants={"noise": noise},
+        )
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.copy_buffer_to_buffer(self._visibility, 0, self._noisy, 0, self._noisy.size)
         with commands.compute("denoise") as compute:
-            self._kernel.begin(compute)
-            compute.dispatch_workgroups(*self._groups)
+            self._denoise.dispatch(compute, self._groups)

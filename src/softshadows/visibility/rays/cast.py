@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.kernel import Kernel
+from softshadows.gpu.program import Program
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
 from softshadows.visibility.rays.grid import groups_of
@@ -28,13 +26,16 @@ class Caster:
     """Casts through the tree of one scene, and waits for answers. `seconds`: how long the last ones took to find."""
 
     def __init__(self, scene: SceneBuffers, tree: Bvh) -> None:
-        self._gpu, self._tree, self._timer, usage = scene.gpu, tree, PassTimer(scene.gpu), wgpu.BufferUsage
-        device = self._gpu.device
-        self._packets = device.create_buffer(size=80 * AT_ONCE, usage=usage.STORAGE | usage.COPY_DST)
-        self._blocked = device.create_buffer(size=4 * AT_ONCE, usage=usage.STORAGE | usage.COPY_SRC)
-        groups = {0: {0: self._packets, 1: self._blocked}, 1: tree.resources}
-        file = Path(__file__).with_suffix(".wgsl")
-        self._cast = Kernel(self._gpu, file, "cs_cast", groups, stand_ins=tree.stand_ins)
+        self._gpu, self._tree, self._timer = scene.gpu, tree, PassTimer(scene.gpu)
+        self._packets = self._gpu.storage_buffer(80 * AT_ONCE, "the packets of segments")
+        self._blocked = self._gpu.storage_buffer(4 * AT_ONCE, "which segments are blocked")
+        self._cast = Program(
+            self._gpu,
+            "visibility/rays/cast.wgsl",
+            "cs_cast",
+            {**tree.resources, "packets": self._packets, "blocked": self._blocked},
+            stand_ins=tree.stand_ins,
+        )
         self.seconds = 0.0
 
     def blocked(
@@ -58,15 +59,13 @@ class Caster:
         return (answers[:, None] >> np.arange(PACKET) & 1).astype(bool)
 
     def _some(self, packets: npt.NDArray[np.float32]) -> npt.NDArray[np.uint32]:
-        queue = self._gpu.device.queue
-        queue.write_buffer(self._packets, 0, packets)
+        self._gpu.write(self._packets, 0, packets, what="samples")
         commands = Commands(self._gpu, self._timer)
         with commands.compute("cast") as compute:
-            self._cast.begin(compute)
-            compute.dispatch_workgroups(*groups_of(len(packets)))
+            self._cast.dispatch(compute, groups_of(len(packets)))
         started = time.perf_counter()
         commands.submit()
-        answers = np.asarray(queue.read_buffer(self._blocked, 0, 4 * len(packets))).view(np.uint32)
+        answers = np.asarray(self._gpu.device.queue.read_buffer(self._blocked, 0, 4 * len(packets))).view(np.uint32)
         self.seconds += time.perf_counter() - started
         return answers
 

@@ -11,19 +11,15 @@ looks for it. Such a tree takes less time to build than one by surface area, and
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.kernel import Kernel, Resource
-from softshadows.gpu.layout import U32, Struct, pack
+from softshadows.gpu.layout import U32, Struct
+from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.visibility.rays.grid import NODE_COUNT_OFFSET, groups_of
 from softshadows.visibility.rays.sah import LARGE, NODE_COST
 
-_HERE = Path(__file__).parent
 DIGITS = 256
 """Of a pass of the sort: eight bits (sort.wgsl)."""
 PASSES = 6
@@ -61,7 +57,7 @@ class Lbvh:
         blocks = -(-self._node_count // BLOCK)
         self._stay_before = self._gpu.storage_buffer(4 * (blocks + 1), "the counts of the tree's nodes")
         self.bytes = self._stay_before.size
-        self._make_kernels(order, scratch)
+        self._make_programs(order, scratch)
 
     @staticmethod
     def scratch_bytes(triangles: int) -> int:
@@ -69,76 +65,67 @@ class Lbvh:
         counts = DIGITS * (-(-triangles // BLOCK) + 1)
         return 4 * max(6 * triangles, 3 * triangles + counts)
 
-    def _make_kernels(self, order: wgpu.GPUBuffer, scratch: wgpu.GPUBuffer) -> None:
-        shared: dict[int, Resource] = {0: self._grid, 1: scratch}
-        listed: dict[int, Resource] = {**shared, 3: order}
-        scene: dict[int, Resource] = {0: self._scene.positions, 1: self._scene.indices}
+    def _make_programs(self, order: wgpu.GPUBuffer, scratch: wgpu.GPUBuffer) -> None:
+        building: dict[str, Resource] = {
+            "tree": self._grid,
+            "scratch": scratch,
+            "order": order,
+            "shapes": self._shapes,
+            "vertex_positions_ws": self._scene.positions,
+            "triangle_indices": self._scene.indices,
+        }
+        sorting: dict[str, Resource] = {"tree": self._grid, "scratch": scratch, "order": order}
+        merging: dict[str, Resource] = {
+            "tree": self._grid,
+            "shapes": self._shapes,
+            "nodes": self._nodes,
+            "stay_before": self._stay_before,
+        }
 
-        def kernel(file: str, entry: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
-            return Kernel(self._gpu, _HERE / file, entry, groups, constants)
+        def program(file: str, entry: str, resources: dict[str, Resource], **constants: float) -> Program:
+            return Program(self._gpu, f"visibility/rays/{file}", entry, resources, constants=constants)
 
-        self._code = kernel("lbvh.wgsl", "cs_code", {0: listed, 1: scene}, LARGE=LARGE)
-        self._split = kernel("lbvh.wgsl", "cs_split", {0: listed})
-        self._number = kernel("lbvh.wgsl", "cs_number", {0: {**shared, 4: self._shapes}})
-
-        usage = wgpu.BufferUsage.UNIFORM
-        passes = [
-            self._gpu.device.create_buffer_with_data(data=pack(SortPass(digit=digit)), usage=usage)
-            for digit in range(PASSES)
-        ]
-        self._scans = [kernel("sort.wgsl", entry, {0: shared}) for entry in ("cs_scan_blocks", "cs_scan_digits")]
-        self._sort_count, self._sort_move = (kernel("sort.wgsl", entry, {}) for entry in ("cs_count", "cs_move"))
-        self._passes = [
-            tuple(kernel.bind(0, {**listed, 2: each}) for kernel in (self._sort_count, self._sort_move))
-            for each in passes
-        ]
-
-        shapes: dict[int, Resource] = {0: self._grid, 1: self._shapes}
-        nodes: dict[int, Resource] = {**shapes, 2: self._nodes}
-        sums: dict[int, Resource] = {3: self._stay_before}
-        self._judge = kernel("merge.wgsl", "cs_judge", {0: nodes}, NODE_COST=NODE_COST)
-        self._stay = kernel("merge.wgsl", "cs_stay", {0: {**nodes, **sums}})
-        self._sum = kernel("merge.wgsl", "cs_sum", {0: sums})
-        self._close_up = kernel("merge.wgsl", "cs_close_up", {0: {**nodes, **sums}})
+        self._code = program("lbvh.wgsl", "cs_code", building, LARGE=LARGE)
+        self._split, self._number = (program("lbvh.wgsl", entry, building) for entry in ("cs_split", "cs_number"))
+        self._sort_count, self._scan_blocks, self._scan_digits, self._sort_move = (
+            program("sort.wgsl", entry, sorting)
+            for entry in ("cs_count", "cs_scan_blocks", "cs_scan_digits", "cs_move")
+        )
+        passes = [self._gpu.uniform(SortPass(digit=digit)) for digit in range(PASSES)]
+        self._passes = [(self._sort_count.bind(sort=each), self._sort_move.bind(sort=each)) for each in passes]
+        self._judge = program("merge.wgsl", "cs_judge", merging, NODE_COST=NODE_COST)
+        self._stay, self._sum, self._close_up = (
+            program("merge.wgsl", entry, merging) for entry in ("cs_stay", "cs_sum", "cs_close_up")
+        )
 
     def encode_split(self, commands: Commands) -> None:
         """Order and shape of the tree with a triangle in each leaf, 2t - 1 nodes."""
         pass_ms = self._count / self._gpu.triangles_per_ms
         triangles, nodes, blocks = groups_of(self._count), groups_of(self._node_count), groups_of(self._count, BLOCK)
         with commands.compute("tree") as compute:
-            _run(compute, self._code, triangles)
+            self._code.dispatch(compute, triangles)
         commands.account(pass_ms)
         for count, move in self._passes:
             with commands.compute("tree") as compute:
-                _run(compute, self._sort_count, blocks, count)
-                _run(compute, self._scans[0], (DIGITS, 1))
-                _run(compute, self._scans[1], (1, 1))
-                _run(compute, self._sort_move, blocks, move)
+                self._sort_count.dispatch(compute, blocks, count)
+                self._scan_blocks.dispatch(compute, (DIGITS,))
+                self._scan_digits.dispatch(compute, (1,))
+                self._sort_move.dispatch(compute, blocks, move)
             commands.account(pass_ms)
         with commands.compute("tree") as compute:
-            _run(compute, self._split, triangles)
-            _run(compute, self._number, nodes)
+            self._split.dispatch(compute, triangles)
+            self._number.dispatch(compute, nodes)
         commands.account(2.0 * pass_ms)
 
     def encode_merge(self, commands: Commands) -> None:
         """The shape with larger leaves; `nodes` then hold no boxes."""
         nodes = groups_of(self._node_count)
         with commands.compute("tree") as compute:
-            _run(compute, self._judge, nodes)
-            _run(compute, self._stay, groups_of(self._node_count, BLOCK))
-            _run(compute, self._sum, (1, 1))
-            _run(compute, self._close_up, nodes)
+            self._judge.dispatch(compute, nodes)
+            self._stay.dispatch(compute, groups_of(self._node_count, BLOCK))
+            self._sum.dispatch(compute, (1,))
+            self._close_up.dispatch(compute, nodes)
         encoder, remaining = commands.encoder, self._stay_before.size - 4
         encoder.copy_buffer_to_buffer(self._nodes, 0, self._shapes, 0, 16 * self._node_count)
         encoder.copy_buffer_to_buffer(self._stay_before, remaining, self._grid, NODE_COUNT_OFFSET, 4)
         commands.account(2.0 * self._count / self._gpu.triangles_per_ms)
-
-
-def _run(
-    compute: wgpu.GPUComputePassEncoder,
-    kernel: Kernel,
-    groups: tuple[int, int],
-    bindings: wgpu.GPUBindGroup | None = None,
-) -> None:
-    kernel.begin(compute, {} if bindings is None else {0: bindings})
-    compute.dispatch_workgroups(*groups)

@@ -13,16 +13,13 @@ Nothing here waits for the GPU: the CPU knows the counts, and a frame encodes wh
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from pathlib import Path
-
 import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError, OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.kernel import Kernel, Resource
 from softshadows.gpu.layout import dtype, pack
+from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.scene.geometry import Geometry
 from softshadows.visibility.rays.grid import TreeGrid, grid_over, groups_of
@@ -30,7 +27,6 @@ from softshadows.visibility.rays.lbvh import Lbvh
 from softshadows.visibility.rays.parts import Change, Parts
 from softshadows.visibility.rays.shape import MOST_TRIANGLES
 
-_HERE = Path(__file__).parent
 _USAGE = wgpu.BufferUsage
 FAN = 4
 """Boxes below each box of the pyramid (refit.wgsl)."""
@@ -49,8 +45,7 @@ technique's."""
 
 
 class Bvh:
-    """The tree of one SceneBuffers. `encode` brings it up to date; `resources` are for bind group 1 of those who walk
-    it.
+    """The tree of one SceneBuffers. `encode` brings it up to date; `resources` are for programs that walk it.
 
     `builder`: who chooses the tree's shape, "cpu", "gpu", or "auto" by the scene's size. Raises OptionError for other
     words, DeviceError where the adapter cannot bind the scene's triangles at once.
@@ -84,13 +79,12 @@ class Bvh:
         self._pyramid = self._buffer(pyramid_bytes, _USAGE.STORAGE, "the boxes below the tree")
         self._parts = Parts(geometry) if count and not by_gpu else None
         self._lbvh = self._make_lbvh() if by_gpu else None
-        self._gather, self._reduce, self._bound = self._make_kernels()
+        self._gather, self._reduce, self._bound = self._make_programs()
 
     def _buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
-        size = max(size, 256)
-        self._gpu.check_buffer(size, what)
-        self.bytes += size
-        return self._gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST | _USAGE.COPY_SRC)
+        buffer = self._gpu.buffer(max(size, 256), usage, what)
+        self.bytes += buffer.size
+        return buffer
 
     def _make_lbvh(self) -> Lbvh:
         lbvh = Lbvh(
@@ -104,18 +98,24 @@ class Bvh:
         self.bytes += lbvh.bytes
         return lbvh
 
-    def _make_kernels(self) -> tuple[Kernel, list[Kernel], Kernel]:
+    def _make_programs(self) -> tuple[Program, list[Program], Program]:
         """The steps of a refit."""
-        scene, pyramid = self._scene, {0: self.grid, 3: self._pyramid}
+        resources: dict[str, Resource] = {
+            "tree": self.grid,
+            "order": self._order,
+            "tree_triangles": self.triangles,
+            "pyramid": self._pyramid,
+            "shapes": self._shapes,
+            "tree_nodes": self.nodes,
+            "vertex_positions_ws": self._scene.positions,
+            "triangle_indices": self._scene.indices,
+        }
 
-        def kernel(entry: str, groups: Mapping[int, Mapping[int, Resource]], **constants: float) -> Kernel:
-            return Kernel(self._gpu, _HERE / "refit.wgsl", entry, groups, constants)
+        def program(entry: str, **constants: float) -> Program:
+            return Program(self._gpu, "visibility/rays/refit.wgsl", entry, resources, constants=constants)
 
-        gathered = {**pyramid, 1: self._order, 2: self.triangles}
-        gather = kernel("cs_gather", {0: gathered, 1: {0: scene.positions, 1: scene.indices}})
-        reduce = [kernel("cs_reduce", {0: pyramid}, level=level) for level in range(1, len(self._levels))]
-        bound = kernel("cs_bound", {0: {**pyramid, 4: self._shapes, 5: self.nodes}})
-        return gather, reduce, bound
+        reduce = [program("cs_reduce", level=level) for level in range(1, len(self._levels))]
+        return program("cs_gather"), reduce, program("cs_bound")
 
     @property
     def has_cutouts(self) -> bool:
@@ -123,34 +123,29 @@ class Bvh:
         return self._scene.triangle_count > self._scene.opaque_count
 
     @property
-    def resources(self) -> dict[int, Resource]:
-        """What occluded.wgsl binds in group 1, and cutouts.wgsl where the scene has any."""
-        own: dict[int, Resource] = {7: self.grid, 8: self.nodes, 9: self.triangles}
+    def resources(self) -> dict[str, Resource]:
+        """What occluded.wgsl declares, and the scene that cutouts.wgsl reads where the scene has any."""
+        own: dict[str, Resource] = {
+            "tree": self.grid,
+            "tree_nodes": self.nodes,
+            "tree_triangles": self.triangles,
+        }
+        return {**own, **self._scene.resources} if self.has_cutouts else own
+
+    @property
+    def numbered(self) -> dict[int, wgpu.GPUBuffer | wgpu.GPUTextureView]:
+        """The same by the numbers of their bindings, for kernels."""
+        own: dict[int, wgpu.GPUBuffer | wgpu.GPUTextureView] = {7: self.grid, 8: self.nodes, 9: self.triangles}
         if not self.has_cutouts:
             return own
         scene = self._scene
         buffers = (scene.indices, scene.attributes, scene.faces, scene.materials, scene.textures)
-        return {**own, **dict(enumerate(buffers, start=1)), 6: scene.pages.create_view(dimension="2d-array")}
+        return {**own, **dict(enumerate(buffers, start=1)), 6: scene.pages_view}
 
     @property
     def stand_ins(self) -> dict[str, str]:
         """For shaders that include occluded.wgsl: without alpha masks, nothing is read to find them."""
         return {} if self.has_cutouts else {"visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl"}
-
-    def bind(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
-        """Bind group 1 of passes that declare their layouts."""
-        layouts, entries = [], []
-        for binding, resource in self.resources.items():
-            entry: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
-            if isinstance(resource, wgpu.GPUBuffer):
-                entry["buffer"] = {"type": "uniform" if resource is self.grid else "read-only-storage"}
-                entries.append({"binding": binding, "resource": {"buffer": resource}})
-            else:
-                entry["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
-                entries.append({"binding": binding, "resource": resource})
-            layouts.append(entry)
-        layout = self._gpu.device.create_bind_group_layout(entries=layouts)
-        return layout, self._gpu.device.create_bind_group(layout=layout, entries=entries)
 
     def encode(self, commands: Commands) -> None:
         """Fit the boxes to where the triangles are now, unless they have not moved since the last time."""
@@ -175,27 +170,22 @@ class Bvh:
         self._fit(commands, most_nodes)
         lbvh.encode_merge(commands)
         with commands.compute("tree") as compute:
-            _run(compute, self._bound, most_nodes)
+            self._bound.dispatch(compute, groups_of(most_nodes))
 
     def _fit(self, commands: Commands, node_count: int) -> None:
         """Boxes for the tree whose shape is known."""
         with commands.compute("tree") as compute:
-            for kernel, count in zip([self._gather, *self._reduce], self._levels, strict=True):
-                _run(compute, kernel, count)
-            _run(compute, self._bound, node_count)
+            for program, count in zip([self._gather, *self._reduce], self._levels, strict=True):
+                program.dispatch(compute, groups_of(count))
+            self._bound.dispatch(compute, groups_of(node_count))
 
     def _write(self, change: Change, geometry: Geometry) -> None:
-        queue = self._gpu.device.queue
-        queue.write_buffer(self.grid, 0, pack(grid_over(geometry, change.node_count)))
+        write = self._gpu.write
+        write(self.grid, 0, pack(grid_over(geometry, change.node_count)), what="scene")
         for place, order in change.order:
-            queue.write_buffer(self._order, 4 * place, order.astype(np.uint32))
+            write(self._order, 4 * place, order.astype(np.uint32), what="scene")
         for node, records in change.records:
-            queue.write_buffer(self._shapes, 16 * node, records)
-
-
-def _run(compute: wgpu.GPUComputePassEncoder, kernel: Kernel, count: int) -> None:
-    kernel.begin(compute)
-    compute.dispatch_workgroups(*groups_of(count))
+            write(self._shapes, 16 * node, records, what="scene")
 
 
 def tree_of(scene: SceneBuffers) -> Bvh:
