@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from softshadows import metrics
+from softshadows.compare.interleaved import Timing, label_of
 from softshadows.compare.measure import Measurement, Reference, Result
-from softshadows.compare.turns import Timing, label_of
 from softshadows.scene.shot import open_shot
 from softshadows.techniques import make_technique
 

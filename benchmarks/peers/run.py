@@ -31,7 +31,7 @@ from subject import write_subject
 import softshadows as ss
 from softshadows.compare.measure import Measurement, yardstick
 from softshadows.compare.results import results, write_json
-from softshadows.compare.turns import Timing, render_in_turns
+from softshadows.compare.interleaved import Timing, render_interleaved
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 
@@ -151,9 +151,8 @@ def embree_rows(shot: Shot, frame: ss.Frame, measured: Measurement, repeats: int
 def measure(shot: Shot, peers: Path, drivers: dict[str, str], samples: int, repeats: int) -> dict[str, Any]:
     """One picture of results.json: our techniques, then the peers."""
     held = yardstick(shot, samples, lambda doing, share: print(f"{shot.name}: {doing}", flush=True))
-    turns = render_in_turns(shot, techniques(), repeats, lambda doing, share: None)
-    ours = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
-    measured = Measurement(shot, held.reference, ours, turns.failed)
+    runs, failed = render_interleaved(shot, techniques(), repeats, lambda doing, share: None)
+    measured = Measurement(shot, held.reference, [held.result_of(run) for run in runs], failed)
     rows, missing = list(embree_rows(shot, held.frame, measured, repeats)), []
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)

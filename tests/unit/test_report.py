@@ -120,7 +120,7 @@ def test_real_failure_is_skipped_or_raised(monkeypatch: pytest.MonkeyPatch) -> N
     def fail(*arguments: object, **options: object) -> None:
         raise DeviceError("too little memory")
 
-    monkeypatch.setattr("softshadows.compare.turns.Renderer", fail)
+    monkeypatch.setattr("softshadows.compare.interleaved.Renderer", fail)
     with pytest.raises(DeviceError):
         measure(small_shot(), [make_technique("hard")], samples=1)
     measurement = measure(small_shot(), [make_technique("hard")], samples=1, skip=True)

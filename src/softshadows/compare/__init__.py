@@ -2,7 +2,7 @@
 
 comparison     pictures through techniques, and the folder that comes of it
 measure        one shot through several techniques: frames, times, errors
-turns          frames of several techniques timed in turns
+interleaved    frames of several techniques, timed interleaved
 choice         which techniques a shot and the words of a command line ask for
 kept           measurements on disk, from which an interrupted comparison goes on
 schedule       how far a long run has come

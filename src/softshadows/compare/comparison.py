@@ -16,13 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from softshadows.compare.interleaved import LIGHT_STEP, Timing, label_of, moved
 from softshadows.compare.kept import Kept, KeptFrame
 from softshadows.compare.measure import Measurement, Notice, Truth, Yardstick, able_techniques, trace, yardstick
 from softshadows.compare.page import page
 from softshadows.compare.plates import plates
 from softshadows.compare.results import results, write_bytes, write_json
 from softshadows.compare.schedule import Schedule
-from softshadows.compare.turns import LIGHT_STEP, Timing, label_of, moved
 from softshadows.errors import DeviceError, OptionError
 from softshadows.frame import Frame
 from softshadows.renderer import Renderer

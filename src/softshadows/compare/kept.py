@@ -21,9 +21,9 @@ import numpy.typing as npt
 
 import softshadows
 from softshadows.compare.environment import cpu_name
+from softshadows.compare.interleaved import Timing
 from softshadows.compare.measure import Truth
 from softshadows.compare.results import write_bytes
-from softshadows.compare.turns import Timing
 from softshadows.frame import FrameStats
 from softshadows.gpu.device import describe
 from softshadows.scene.model import Scene

@@ -15,7 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows import metrics, truth
-from softshadows.compare.turns import Timing, label_of, render_in_turns
+from softshadows.compare.interleaved import REDRAWN, Run, Timing, label_of, render_interleaved
 from softshadows.errors import DeviceError, OptionError
 from softshadows.frame import Frame, FrameStats
 from softshadows.image.display import automatic_exposure, display
@@ -165,6 +165,12 @@ class Yardstick:
             warnings=list(frame.stats.warnings),
         )
 
+    def result_of(self, run: Run) -> Result:
+        """The figures of a run whose frames were redrawn."""
+        timing = run.timing(REDRAWN)
+        assert timing is not None, "every technique is timed with all redrawn"
+        return self.result(run.technique, run.frame, timing)
+
 
 def trace(shot: Shot, frame: Frame, samples: int) -> Truth:
     """The truth by Embree."""
@@ -206,20 +212,20 @@ def measure(
 ) -> Measurement:
     """Render `shot` with every technique and compare each with ray-traced truth of `samples` rays per pixel and light.
 
-    `repeats` frames of each are timed, all drawn anew, in turns so that a machine's moods fall on all alike. Raises
+    `repeats` frames of each are timed, all redrawn, interleaved so that a machine's moods fall on all alike. Raises
     OptionError where a technique cannot do the shot's lights and DeviceError where the adapter, or the `profile` of
-    frame.Renderer, cannot; with `skip` they are left out.
+    renderer.Renderer, cannot; with `skip` they are left out.
     """
     able, skipped = able_techniques(shot, techniques, skip=skip)
     held = yardstick(shot, samples, notice)
-    turns = render_in_turns(
+    runs, failed = render_interleaved(
         shot, able, repeats, lambda doing, share: notice(doing, 0.25 + 0.7 * share), skip=skip, profile=profile
     )
 
     notice("comparing", 0.95)
-    results = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
+    results = [held.result_of(run) for run in runs]
     notice("done", 1.0)
-    return Measurement(shot, held.reference, results, skipped + turns.failed)
+    return Measurement(shot, held.reference, results, skipped + failed)
 
 
 def able_techniques(shot: Shot, techniques: Sequence[Technique], *, skip: bool) -> tuple[list[Technique], list[str]]:

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from softshadows.compare.interleaved import Timing
 from softshadows.compare.results import SCHEMA
-from softshadows.compare.turns import Timing
 from softshadows.errors import OptionError
 from softshadows.metrics import Comparison
 

@@ -33,8 +33,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -44,13 +43,10 @@ import numpy.typing as npt
 from softshadows import metrics, truth
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.compare.comparison import file_stem
+from softshadows.compare.interleaved import KEPT, REDRAWN, Run, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
-from softshadows.compare.turns import LIGHT_STEP, Timing, label_of, moved
-from softshadows.errors import DeviceError
-from softshadows.frame import Frame
-from softshadows.renderer import Renderer
 from softshadows.scene import builtin
 from softshadows.scene.camera import Camera
 from softshadows.scene.lights import RectLight
@@ -60,6 +56,9 @@ from softshadows.techniques.adaptive.pictures import all_pictures
 
 if TYPE_CHECKING:
     from softshadows.bench.suites import Settings
+
+Pictures = dict[str, npt.NDArray[np.float32]]
+"""Debug pictures by name."""
 
 SIZE = (512, 384)
 """Half the width and height of the paper's, which `--size 1024x768` asks for: minutes instead of half an hour on two
@@ -77,11 +76,6 @@ RAY_SEED = 1
 """Not the truth's, whose errors would be the same."""
 AMPLIFICATIONS = (5, 40)
 """Of the paper's difference images: figures 7 and 10."""
-CAMERA_STEP = 1e-3
-"""Metres from frame to frame."""
-SETTLING = 2
-"""Frames with a moving camera before maps are kept: the first one draws them anew, with room for what comes next."""
-REDRAWN, SETTLED, KEPT = "redrawn", "settled", "kept"
 
 
 @dataclass(frozen=True)
@@ -91,40 +85,6 @@ class View:
     name: str
     open: Callable[[], Shot]
     groups: list[list[Technique]]
-
-
-@dataclass(eq=False)
-class Run:
-    """A technique's first frame with its debug pictures, then by mode its wall times and GPU times by pass."""
-
-    technique: Technique
-    renderer: Renderer
-    frame: Frame
-    pictures: dict[str, npt.NDArray[np.float32]]
-    wall_ms: dict[str, list[float]] = field(default_factory=dict)
-    gpu_ms: dict[str, list[dict[str, float]]] = field(default_factory=dict)
-
-    def render(self, mode: str, camera: Camera) -> None:
-        """Render a frame and note its times."""
-        started = time.perf_counter()
-        frame = self.renderer.render(camera)
-        self.wall_ms.setdefault(mode, []).append(1e3 * (time.perf_counter() - started))
-        self.gpu_ms.setdefault(mode, []).append(dict(frame.stats.gpu_ms))
-
-    def timings(self, mode: str) -> dict[str, Any] | None:
-        """Medians; None where the mode was not measured."""
-        if mode not in self.wall_ms:
-            return None
-        frames = self.gpu_ms[mode]
-        by_pass = {
-            name: statistics.median(f.get(name, 0.0) for f in frames)
-            for name in dict.fromkeys(n for f in frames for n in f)
-        }
-        return {"wall_ms": statistics.median(self.wall_ms[mode]), "gpu_ms": by_pass}
-
-    def timing(self, mode: str) -> Timing:
-        """The median and the spread of a mode that was measured."""
-        return Timing.of(self.wall_ms[mode])
 
 
 @dataclass(frozen=True)
@@ -209,76 +169,34 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
         def within(doing: str, share: float, number: int = number) -> None:
             notice(doing, 0.2 + 0.8 * (number + share) / len(view.groups))
 
-        runs, failed = render_in_turns(shot, group, settings, within)
+        pictures: dict[Technique, Pictures] = {}
+
+        def take_pictures(run: Run, taken: dict[Technique, Pictures] = pictures) -> None:
+            if settings.folder is not None and run.technique.name == "adaptive":
+                taken[run.technique] = all_pictures(run.renderer)
+
+        runs, failed = render_interleaved(
+            shot, group, settings.repeats, within, keeps=keeps_maps, after_first=take_pictures
+        )
         skipped += failed
         if runs and runs[0].technique == group[0]:
             made = [_result(run, runs[0], held, rays) for run in runs]
             results += made
             if settings.folder is not None:
                 for run, result in zip(runs, made, strict=True):
-                    _write_pictures(settings.folder / view.name, run, result, made[0])
+                    _write_pictures(settings.folder / view.name, pictures.get(run.technique, {}), result, made[0])
     return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
 
 
-def render_in_turns(
-    shot: Shot,
-    techniques: Sequence[Technique],
-    settings: Settings,
-    notice: Notice,
-    keeps: Callable[[Technique], bool] = lambda technique: getattr(technique, "resolution", None) != "auto",
-    *,
-    moves_scene: bool = False,
-) -> tuple[list[Run], list[str]]:
-    """Every technique's frames, timed in turns, redrawn, and those that it `keeps` also kept; and in sentences which
-    techniques could not run.
-
-    With `moves_scene` the node with the most triangles moves with the lights before every redrawn frame.
-    """
-    runs: list[Run] = []
-    failed: list[str] = []
-    lights, right = list(shot.scene.lights), np.array(shot.camera.axes[0])
-    with ExitStack() as stack:
-        stack.callback(lambda: setattr(shot.scene, "lights", lights))
-        node = max(shot.scene.nodes, key=lambda node: len(node.mesh.triangles)) if moves_scene else None
-        if node is not None:
-            stack.callback(setattr, node, "transform", node.transform)
-        for technique in techniques:
-            notice(f"{label_of(technique)}, first frame", 0.0)
-            try:
-                renderer = stack.enter_context(Renderer(shot.scene, technique=technique, size=shot.size))
-                frame = renderer.render(shot.camera)  # compiles and uploads, and is not timed
-            except DeviceError as error:
-                failed.append(f"{label_of(technique)}: {error}")
-                continue
-            wants = settings.folder is not None and technique.name == "adaptive"
-            runs.append(Run(technique, renderer, frame, all_pictures(renderer) if wants else {}))
-        for turn in range(1, settings.repeats + 1):
-            notice(f"all redrawn, frame {turn} of {settings.repeats}", 0.5 * turn / (settings.repeats + 1))
-            shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
-            if node is not None:
-                node.transform = _along_x(LIGHT_STEP) @ node.transform
-            for run in runs:
-                run.render(REDRAWN, shot.camera)
-        keeping = [run for run in runs if keeps(run.technique)]
-        turns = SETTLING + settings.repeats if keeping else 0
-        for turn in range(1, turns + 1):
-            notice(f"maps kept, frame {turn} of {turns}", 0.5 + 0.5 * turn / (turns + 1))
-            camera = _shifted(shot.camera, turn % 2 * CAMERA_STEP * right)
-            for run in keeping:
-                run.render(KEPT if turn > SETTLING else SETTLED, camera)
-    return runs, failed
+def keeps_maps(technique: Technique) -> bool:
+    """Only maps of a fixed resolution are the same size whoever draws them."""
+    return getattr(technique, "resolution", None) != "auto"
 
 
-def _along_x(metres: float) -> npt.NDArray[np.float64]:
-    """(4, 4): a shift of the world."""
-    matrix = np.eye(4)
-    matrix[0, 3] = metres
-    return matrix
-
-
-def _shifted(camera: Camera, by: npt.NDArray[np.float64]) -> Camera:
-    position, target = (tuple((np.array(point) + by).tolist()) for point in (camera.position, camera.target))
-    return replace(camera, position=position, target=target)
+def timings(run: Run, mode: str) -> dict[str, Any] | None:
+    """Medians of a run's frames as results.json has them; None where the mode was not measured."""
+    timing = run.timing(mode)
+    return {"wall_ms": timing.median_ms, "gpu_ms": run.pass_ms(mode)} if timing else None
 
 
 @dataclass(frozen=True, eq=False)
@@ -310,12 +228,11 @@ def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
 
 def timed_result(run: Run, held: Yardstick) -> Result:
     """A technique's errors, and its times in both modes, which are its only figures yet."""
-    redrawn, kept = run.timings(REDRAWN), run.timings(KEPT)
-    assert redrawn is not None, "every technique is timed with all redrawn"
-    result = held.result(run.technique, run.frame, run.timing(REDRAWN))
-    if kept is not None:
-        result.times[KEPT] = run.timing(KEPT)
-    result.stats["gpu_ms"] = redrawn["gpu_ms"]
+    redrawn, kept, kept_timing = timings(run, REDRAWN), timings(run, KEPT), run.timing(KEPT)
+    result = held.result_of(run)
+    if kept_timing is not None:
+        result.times[KEPT] = kept_timing
+    result.stats["gpu_ms"] = run.pass_ms(REDRAWN)
     result.figures = {REDRAWN: redrawn, KEPT: kept}
     return result
 
@@ -349,8 +266,8 @@ def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
     ]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     result.figures |= {
-        "time_ratio_redrawn": time_ratio(baseline.timings(REDRAWN), redrawn),
-        "time_ratio_kept": time_ratio(baseline.timings(KEPT), kept),
+        "time_ratio_redrawn": time_ratio(timings(baseline, REDRAWN), redrawn),
+        "time_ratio_kept": time_ratio(timings(baseline, KEPT), kept),
         "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
         "rmse_uniform": _mean(uniform, "rmse"),
         "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),
@@ -367,12 +284,12 @@ def _mean(comparisons: Sequence[metrics.Comparison], name: str) -> float:
     return statistics.fmean(getattr(comparison, name) for comparison in comparisons)
 
 
-def _write_pictures(folder: Path, run: Run, result: Result, baseline: Result) -> None:
+def _write_pictures(folder: Path, pictures: Pictures, result: Result, baseline: Result) -> None:
     stem = file_stem(result.label)
     write_bytes(png(result.picture), folder / f"{stem}.png")
     if result is not baseline:
         apart = np.abs(result.picture.astype(np.float64) - baseline.picture) / 255.0
         for times in AMPLIFICATIONS:
             write_bytes(png(times * apart), folder / f"{stem}-difference-x{times}.png")
-    for name, picture in run.pictures.items():
+    for name, picture in pictures.items():
         write_bytes(png(picture), folder / f"{stem}-{name}.png")

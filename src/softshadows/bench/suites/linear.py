@@ -32,18 +32,17 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from softshadows.bench.suites.adaptive import (
-    KEPT,
-    REDRAWN,
     Rays,
-    Run,
-    render_in_turns,
+    keeps_maps,
     time_ratio,
     timed_result,
+    timings,
     trace,
 )
 from softshadows.bench.suites.baselines import SIZE, real_shots
 from softshadows.bench.suites.triangle import Triangle
 from softshadows.compare.comparison import file_stem
+from softshadows.compare.interleaved import KEPT, REDRAWN, Run, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
@@ -149,7 +148,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     held = yardstick(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.15)
     rays = trace(shot, held, RAYS)
-    runs, skipped = render_in_turns(shot, view.techniques, replace(settings, folder=None), notice)
+    runs, skipped = render_interleaved(shot, view.techniques, settings.repeats, notice, keeps=keeps_maps)
     results = [_result(run, _baseline(run, runs), held) for run in runs]
     plain = _plain(results)
     for result in results:
@@ -190,8 +189,8 @@ def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
         "rmse_truth": mean("rmse"),
         "penumbra_rmse_truth": mean("penumbra_rmse"),
         "leak_rate": mean("leak_rate"),
-        "time_over_hard": time_ratio(redrawn, baseline and baseline.timings(REDRAWN)),
-        "kept_over_hard": time_ratio(kept, baseline and baseline.timings(KEPT)),
+        "time_over_hard": time_ratio(redrawn, baseline and timings(baseline, REDRAWN)),
+        "kept_over_hard": time_ratio(kept, baseline and timings(baseline, KEPT)),
         "outreach_share": outreach / gpu_ms if outreach and gpu_ms else None,
         **result.figures,
     }

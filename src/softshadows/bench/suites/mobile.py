@@ -29,10 +29,10 @@ from typing import TYPE_CHECKING, Any
 
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.compare.comparison import file_stem
+from softshadows.compare.interleaved import REDRAWN, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
-from softshadows.compare.turns import render_in_turns
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra
@@ -89,18 +89,19 @@ def sources() -> Iterator[str]:
 def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice: Notice) -> Measurement:
     """All figures of the shot; writes its pictures. The first row is what the others are set against."""
     held = yardstick(shot, settings.samples, notice)
-    turns = render_in_turns(shot, [UNSHADOWED, *rows], settings.repeats, notice)
+    runs, failed = render_interleaved(shot, [UNSHADOWED, *rows], settings.repeats, notice)
+    empty_ms = next(held.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
     results: list[Result] = []
-    for row in (row for row in rows if row in turns.frames):
-        result = held.result(row, turns.frames[row], turns.times[row])
-        result.figures = _own_figures(result, turns.times[UNSHADOWED].median_ms, turns.pass_ms[row])
+    for run in (run for run in runs if run.technique != UNSHADOWED):
+        result = held.result_of(run)
+        result.figures = _own_figures(result, empty_ms, run.pass_ms(REDRAWN))
         results.append(result)
     plain = next((result.figures for result in results if result.technique == rows[0]), None)
     for result in results:
         for ratio, figure in (("time_ratio", "shadow_ms"), ("reads_ratio", "reads"), ("filter_ratio", "filter_ms")):
             result.figures[ratio] = _ratio(result.figures[figure], plain[figure] if plain else None)
         _write_zooms(settings, shot, result)
-    return Measurement(shot, held.reference, results, turns.failed, {})
+    return Measurement(shot, held.reference, results, failed, {})
 
 
 def _own_figures(result: Result, empty_ms: float, pass_ms: Mapping[str, float]) -> dict[str, Any]:

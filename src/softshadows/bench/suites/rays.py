@@ -40,16 +40,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from softshadows.bench.suites.adaptive import (
-    KEPT,
-    REDRAWN,
     FacingSurfaces,
     facing_surfaces,
-    render_in_turns,
     result_beside_rays,
     trace,
 )
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.bench.tree_times import terrain, time_tree
+from softshadows.compare.interleaved import KEPT, REDRAWN, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
 from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
@@ -149,10 +147,10 @@ def measure_view(view: View, settings: Settings, notice: Notice, segments: int =
     if view.times_trees:
         cpu, gpu = (time_tree(shot.scene, builder) for builder in ("cpu", "gpu"))
         figures |= {"cpu_build_ms": cpu.build_ms, "gpu_build_ms": gpu.build_ms, "cpu_refit_ms": cpu.follow_ms}
-    runs, skipped = render_in_turns(
+    runs, skipped = render_interleaved(
         shot,
         view.techniques,
-        replace(settings, folder=None),
+        settings.repeats,
         lambda doing, share: notice(doing, 0.4 + 0.6 * share),
         keeps=lambda technique: technique.name == "uniform",
         moves_scene=True,
@@ -179,7 +177,7 @@ def _hold_against_rays(results: Sequence[Result]) -> None:
 
 
 def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any]:
-    """At least so many shadow rays of a frame, by Embree and by the GPU in turns."""
+    """At least so many shadow rays of a frame, by Embree and by the GPU, interleaved."""
     geometry, receivers = flatten(shot.scene), Receivers.of(frame)
     started = time.perf_counter()
     embree = Occluders(geometry)

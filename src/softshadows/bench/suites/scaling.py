@@ -19,8 +19,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from softshadows.compare.interleaved import label_of, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
-from softshadows.compare.turns import label_of, render_in_turns
 from softshadows.scene import builtin
 from softshadows.scene.lights import RectLight
 from softshadows.scene.model import Scene
@@ -109,16 +109,16 @@ def measure_step(step: Step, settings: Settings, notice: Notice) -> Measurement:
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(step.name, scene, scene.camera, step.size)
     held = yardstick(shot, settings.samples, notice)
-    turns = render_in_turns(
+    runs, failed = render_interleaved(
         shot,
         step.techniques,
         settings.repeats,
         lambda doing, share: notice(doing, 0.2 + 0.8 * share),
     )
-    results = [held.result(technique, frame, turns.times[technique]) for technique, frame in turns.frames.items()]
+    results = [held.result_of(run) for run in runs]
     for result in results:
         result.figures = _figures(step, result)
-    return Measurement(shot, held.reference, results, turns.failed, {"axis": step.axis})
+    return Measurement(shot, held.reference, results, failed, {"axis": step.axis})
 
 
 def _figures(step: Step, result: Result) -> dict[str, Any]:

@@ -28,10 +28,10 @@ import numpy as np
 
 from softshadows import metrics
 from softshadows.compare.comparison import file_stem
+from softshadows.compare.interleaved import render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
-from softshadows.compare.turns import render_in_turns
 from softshadows.scene import builtin
 from softshadows.scene.edges import edges_of
 from softshadows.scene.shot import Shot
@@ -92,14 +92,12 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(view.name, scene, scene.camera, settings.size or SIZE)
     held = yardstick(shot, settings.samples, notice)
-    turns = render_in_turns(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice)
-    empty_ms = turns.times[UNSHADOWED].median_ms
+    runs, failed = render_interleaved(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice)
+    empty_ms = next(held.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
     edges = sum(len(edges_of(node.mesh).vertices) for node in scene.nodes)
     results: list[Result] = []
-    for technique in view.techniques:
-        if technique not in turns.frames:
-            continue
-        result = held.result(technique, turns.frames[technique], turns.times[technique])
+    for run in (run for run in runs if run.technique != UNSHADOWED):
+        result = held.result_of(run)
         result.figures = {"wedge_ms": result.frame_ms - empty_ms, "edges": edges, "triangles": scene.triangle_count}
         results.append(result)
     standard = next((result for result in results if result.technique == view.techniques[0]), None)
@@ -107,7 +105,7 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
         result.figures["time_ratio"] = _ratio(result, standard, "wedge_ms")
         result.figures["rmse_ratio"] = result.comparisons[0].rmse / standard.comparisons[0].rmse if standard else None
         _write_pictures(settings, view, held, result)
-    return Measurement(shot, held.reference, results, turns.failed, {})
+    return Measurement(shot, held.reference, results, failed, {})
 
 
 def _ratio(result: Result, standard: Result | None, figure: str) -> float | None:
