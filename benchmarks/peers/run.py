@@ -29,9 +29,9 @@ import numpy as np
 from subject import write_subject
 
 import softshadows as ss
+from softshadows.compare.interleaved import Timing, render_interleaved
 from softshadows.compare.measure import Measurement, yardstick
 from softshadows.compare.results import results, write_json
-from softshadows.compare.interleaved import Timing, render_interleaved
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 
