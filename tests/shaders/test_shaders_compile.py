@@ -32,8 +32,9 @@ def name_of(path: Path) -> str:
 STAND_INS = {
     "visibility/hybrid.wgsl": "visibility/rays/known_by_nothing.wgsl",
     "visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl",
+    "techniques/penumbra_wedges/wedges.wgsl": "techniques/penumbra_wedges/union.wgsl",
 }
-"""Files that others stand in for, where a scene or an option makes them unnecessary."""
+"""Files that others stand in for, by a scene's materials or by an option."""
 
 
 @functools.cache

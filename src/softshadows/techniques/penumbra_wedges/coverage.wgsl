@@ -6,6 +6,13 @@
 // ends less the triangle that its ends make with the centre: exact, without angles. For an outline of winding number w about the
 // centre,     occluded area of the quarter = w - sum of its edges' areas beyond.
 
+// Do both ends of homogeneous q0 q1 lie beyond the same side of the light? Holds for what lies behind the receiver, too.
+fn misses_light(q0: vec3f, q1: vec3f) -> bool {
+    let beyond_high = (q0.xy > q0.zz) & (q1.xy > q1.zz);
+    let beyond_low = (-q0.xy > q0.zz) & (-q1.xy > q1.zz);
+    return any(beyond_high | beyond_low);
+}
+
 // An edge within a quarter, from `start` to `end`, light units; counter-clockwise about the centre is positive.
 struct Chord {
     exists: bool,

@@ -1,7 +1,7 @@
 """How the work of a frame is cut into dispatches, from sizes the CPU knows: across the image, and along the geometry.
 
 A dispatch does a band of rows of tiles. Where a tile might go round its loops more often than a driver bears, a band
-takes several dispatches, and its receivers keep in a buffer what they know in between (shaft.wgsl, Walk).
+takes several dispatches, and its receivers keep in a buffer what they know in between (walk.wgsl).
 """
 
 from __future__ import annotations
@@ -14,10 +14,9 @@ from softshadows.techniques.penumbra_wedges.edge_buffers import CLUSTER, EdgeBuf
 
 TILE = 8
 ROUNDS = 50_000
-"""Of its loops, that an invocation takes in one dispatch. llvmpipe ends it after 65535; the rest is for loops of known
-length."""
-EDGE_ROUNDS = 18
-"""Of loops that an edge may take in union.wgsl: its own, one for each row of points, and one to leave them."""
+"""`rounds_of_dispatch` of gpu/driver.wgsl."""
+EDGE_ROUNDS = {True: 18, False: 1}
+"""Of loops that an edge may take in union.wgsl, and in wedges.wgsl."""
 OBJECT_ROUNDS = 12
 """Of loops that an object takes in wedges.wgsl besides its clusters: over quarters, and to find the clusters."""
 UNION_BYTES, WEDGE_BYTES = 288, 672
@@ -32,7 +31,7 @@ PRIMITIVES_PER_LOOKUP = 80
 class Dispatches:
     """The first row of tiles of each band, and the end; dispatches per band; all milliseconds, at a rough guess.
 
-    `constants` are those of shaft.wgsl and the file that includes it; `state_bytes` holds one band's receivers.
+    `constants` are those of visibility.wgsl; `state_bytes` holds one band's receivers.
     """
 
     band_rows: tuple[int, ...]
@@ -53,7 +52,7 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
     milliseconds /= gpu.lookups_per_ms
     bands = min(rows, 1 + int(milliseconds / SUBMIT_MS))
 
-    edge_rounds = EDGE_ROUNDS if is_union else 1
+    edge_rounds = EDGE_ROUNDS[is_union]
     longest_step = 8 + CLUSTER * edge_rounds  # a cluster, and the way back to it; a tile pauses when this is not left
     parts = -(-_rounds(edges, is_union) // (ROUNDS - longest_step))
     row_bytes = columns * TILE**2 * (UNION_BYTES if is_union else WEDGE_BYTES)
@@ -67,7 +66,8 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
         constants={
             "is_in_parts": parts > 1,
             "rounds_of_dispatch": ROUNDS,
-            **({"edge_rounds": EDGE_ROUNDS} if is_union else {"object_rounds": OBJECT_ROUNDS}),
+            "edge_rounds": edge_rounds,
+            **({} if is_union else {"object_rounds": OBJECT_ROUNDS}),
         },
     )
 
@@ -76,8 +76,8 @@ def _rounds(edges: EdgeBuffers, is_union: bool) -> int:
     """Of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster and each of its items."""
     clusters = edges.edge_cluster_count + edges.triangle_cluster_count
     walking = clusters + clusters // CLUSTER + 2
+    items = walking + edges.triangle_count + EDGE_ROUNDS[is_union] * edges.edge_count
     if is_union:
-        return walking + edges.triangle_count + EDGE_ROUNDS * edges.edge_count
-    items = walking + edges.triangle_count + edges.edge_count
+        return items
     sheets = 1 if edges.is_closed.all() else 2  # of an object: what turns its front, and what turns its back
     return sheets * items + (OBJECT_ROUNDS + 3) * edges.silhouette_count  # and a started 64 of each

@@ -19,9 +19,8 @@ from softshadows.gpu.program import Resource
 from softshadows.scene.edges import MeshEdges, edges_of
 from softshadows.scene.geometry import Geometry
 
-_USAGE = wgpu.BufferUsage
 CLUSTER = 64
-"""Edges or triangles that are looked at together: one for each lane of a workgroup (silhouettes.wgsl, shaft.wgsl)."""
+"""Edges or triangles that are looked at together: one for each lane of a workgroup (silhouettes.wgsl, walk.wgsl)."""
 
 Numbers = npt.NDArray[np.int64]
 
@@ -126,7 +125,7 @@ class EdgeBuffers:
         buffer = self._gpu.storage_buffer(size, what)
         self.bytes += size
         if data.nbytes:
-            self._gpu.device.queue.write_buffer(buffer, 0, data)
+            self._gpu.write(buffer, 0, data, what="scene")
         return buffer
 
     @property

@@ -44,10 +44,7 @@ fn begin_silhouette(winding: f32) {
 // Take in an edge with the occluded region on its left for weight 1, on its right for -1. Inner edges, which have the centre on
 // the occluded side, take away what lies beyond them; outer ones add it. [Forest2006 §4.3]
 fn add_edge(q0: vec3f, q1: vec3f, counter_clockwise: bool, weight: f32) {
-    // Both ends beyond the same side of the light: homogeneous, so this holds for what lies behind the receiver, too.
-    let beyond_high = (q0.xy > q0.zz) & (q1.xy > q1.zz);
-    let beyond_low = (-q0.xy > q0.zz) & (-q1.xy > q1.zz);
-    if any(beyond_high | beyond_low) {
+    if misses_light(q0, q1) {
         return;
     }
     add_edge_to_part(0u, vec2f(1.0, 1.0), q0, q1, counter_clockwise, weight);

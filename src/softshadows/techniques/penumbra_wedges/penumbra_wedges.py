@@ -7,12 +7,12 @@ Paper
     for `blending="union"`.
 
 Section map
-    [Forest2006 §2]    standard and probabilistic wedges             -> wedges.wgsl add_edges()
-    [Forest2006 §3]    a buffer per silhouette, blended in turn      -> wedges.wgsl cs_visibility()
+    [Forest2006 §2]    standard and probabilistic wedges             -> wedges.wgsl blend_object()
+    [Forest2006 §3]    a buffer per silhouette, blended in turn      -> wedges.wgsl add_occluders()
     [Forest2006 §3.1]  silhouette visibility buffer                  -> parts.wgsl begin_silhouette() add_edge()
     [Forest2006 §3.2]  blending, the formula of ε                    -> parts.wgsl blend_silhouette() overlap()
     [Forest2006 §4.1]  silhouette edges                              -> silhouettes.wgsl cs_edges()
-    [Forest2006 §4.1]  shadow volumes, z-fail                        -> shaft.wgsl layers_in()
+    [Forest2006 §4.1]  shadow volumes, z-fail                        -> layers.wgsl layers_in()
     [Forest2006 §4.2]  which receivers a wedge concerns              -> shaft.wgsl segment_in_shaft()
     [Forest2006 §4.2]  local near plane, clipping to the light       -> coverage.wgsl clip_to_quarter()
     [Forest2006 §4.3]  occluded share per part, bounding rectangle   -> parts.wgsl add_chord() finish_rectangle()

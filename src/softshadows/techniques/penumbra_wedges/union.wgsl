@@ -1,16 +1,18 @@
-// Visibility by soft shadow volumes: for each of 256 points of the light, how many layers hide it from the receiver. Exact for any
+// Occluders by soft shadow volumes: for each of 256 points of the light, how many layers hide it from the receiver. Exact for any
 // number of overlapping occluders, and for silhouettes that no one point of the light sees whole.
 // [Laine2005 §3] Laine, Aila, Assarsson, Lehtinen, Akenine-Möller, "Soft Shadow Volumes for Ray Tracing", SIGGRAPH 2005
 //
-// The layers at the light's centre are counted in shaft.wgsl. From there a path leads to every point, up or down the centre's
+// The layers at the light's centre are counted in layers.wgsl. From there a path leads to every point, up or down the centre's
 // column to its row and then along the row, and the count changes wherever the path crosses an edge that is a silhouette for this
 // receiver. Counts of all points change at once: bit b of all 256 counts is kept together, a row of points in 16 bits.
 
-//#include "shaft.wgsl"
+//#include "layers.wgsl"
+//#include "coverage.wgsl"
+//#include "horizon.wgsl"
 
 @group(1) @binding(6) var<storage, read> edge_records: array<vec4u>;  // ends, triangle sides (silhouettes.wgsl)
 
-override edge_rounds: u32 = 18;  // of loops that an edge may take (dispatches.py)
+override edge_rounds: u32 = 18;  // of loops that an edge may take: its own, one for each row of points, and one to leave them
 
 const ROWS = 16u;
 const ROW_BITS = 0xffffu;
@@ -33,6 +35,16 @@ var<private> counts: array<u32, 48>;   // [bit][word]
 var<private> layers: vec2u;            // between the receiver and the light's centre
 var<private> steps: array<i32, 16>;    // by row: layers more than in the row before it, on the way from the centre
 
+fn restore_state(slot: u32) {
+    counts = states[slot].counts;
+    steps = states[slot].steps;
+    layers = states[slot].layers;
+}
+
+fn keep_state(slot: u32, walk: vec4u) {
+    states[slot] = UnionState(walk, counts, steps, layers);
+}
+
 // The points: row j, column i lies at (16 i + j, 16 j + i) / 128 - 255 / 256 of the light. All 256 have their own x and their own
 // y, so that an edge along the light's side passes them one by one; yet each row is a straight line.
 // From homogeneous light units to homogeneous columns and rows.
@@ -49,7 +61,7 @@ fn add_bit(b: u32, word: u32, carry: u32, is_more: bool) -> u32 {
     return carry & select(~before, before, is_more);
 }
 
-// Add the power of two that bit `b` stands for. Written out: a loop's rounds are counted (shaft.wgsl).
+// Add the power of two that bit `b` stands for. Written out, since a loop's rounds are counted (gpu/driver.wgsl).
 fn add_power(b: u32, word: u32, bits: u32, is_more: bool) {
     var carry = bits;
     if b == 0u {
@@ -199,40 +211,16 @@ fn add_shared_edge(index: u32, receiver: vec3f) {
     let edge = shared_edges[index];
     let q0 = on_light(receiver, edge.a);
     let q1 = on_light(receiver, edge.b);
-    let beyond_high = (q0.xy > q0.zz) & (q1.xy > q1.zz);
-    let beyond_low = (-q0.xy > q0.zz) & (-q1.xy > q1.zz);
-    if any(beyond_high | beyond_low) || max(q0.z, q1.z) <= 0.0 {
+    if misses_light(q0, q1) || max(q0.z, q1.z) <= 0.0 {
         return;
     }
     add_silhouette(to_lattice(q0), to_lattice(q1), !side_of_center(edge.normal, receiver), left_minus_right);
 }
 
-// All edges, or those up to a pause.
-fn add_edges(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
-    let shaft = shaft_to_light();
-    for (var start = (*walk).edge_cluster; start < light.edge_cluster_count; start += LANES) {
-        spend(walk, 1u);
-        var is_near = false;
-        if start + lane < light.edge_cluster_count {
-            let cluster = clusters[start + lane];
-            is_near = box_in_shaft(shaft, cluster.low, cluster.high);
-        }
-        for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
-            let index = start + first_vote(near);
-            if must_pause(walk, 1u + LANES * edge_rounds) {
-                (*walk).edge_cluster = index;
-                return;
-            }
-            let cluster = clusters[index];
-            let in_shaft = votes(lane, load_edge(lane, cluster, shaft));
-            spend(walk, 1u + vote_count(in_shaft) * edge_rounds);
-            for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
-                if receiver.is_lightable {
-                    add_shared_edge(first_vote(rest), receiver.point);
-                }
-            }
-            workgroupBarrier();
-        }
+fn add_occluders(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
+    layers += layers_in(lane, receiver, light.edge_cluster_count, light.triangle_cluster_count, walk);
+    if !(*walk).is_paused && light.is_point == 0u {
+        add_edges(lane, receiver, 0u, light.edge_cluster_count, walk);
     }
 }
 
@@ -284,38 +272,4 @@ fn visible_share(receiver: WedgeReceiver) -> f32 {
         visible += countOneBits(above & ~hidden);
     }
     return f32(visible) / 256.0;
-}
-
-@compute @workgroup_size(8, 8)
-fn cs_visibility(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(local_invocation_id) local: vec3u,
-    @builtin(local_invocation_index) lane: u32,
-) {
-    let slot = state_index(group.xy, lane);
-    var kept = vec4u(0u);
-    if is_in_parts {
-        kept = states[slot].walk;
-    }
-    var walk = begin_walk(lane, kept);
-    if walk.is_done {
-        return;
-    }
-    if is_in_parts {
-        counts = states[slot].counts;
-        steps = states[slot].steps;
-        layers = states[slot].layers;
-    }
-    let receiver = wedge_receiver(group.xy, local.xy);
-    gather_shafts(lane, receiver);
-    layers += layers_in(lane, receiver, light.edge_cluster_count, light.triangle_cluster_count, &walk);
-    if !walk.is_paused && light.is_point == 0u {
-        add_edges(lane, receiver, &walk);
-    }
-    if is_in_parts {
-        states[slot] = UnionState(kept_of(walk), counts, steps, layers);
-    }
-    if !walk.is_paused {
-        write_visibility(receiver, visible_share(receiver));
-    }
 }

@@ -1,8 +1,9 @@
 """Penumbra wedges at work on the GPU: two passes per light, and nothing read back that decides what comes next.
 
     silhouettes.wgsl   planes, edges and clusters in light units; which edges are silhouettes
-    wedges.wgsl        every silhouette's coverage of the light, blended (uses shaft, parts and coverage.wgsl), or
-    union.wgsl         the layers over 256 points of the light
+    visibility.wgsl    tiles of receivers walk over what is in their shafts, and combine it by
+        wedges.wgsl    every silhouette's coverage of the light, blended, or
+        union.wgsl     the layers over 256 points of the light, in its place
 
 Edges and objects are the scene's (edge_buffers.py); what depends on a light is written for one light after the other
 into the same buffers.
@@ -33,7 +34,6 @@ from softshadows.techniques.penumbra_wedges.edge_buffers import (
 )
 
 _FOLDER = "techniques/penumbra_wedges"
-_USAGE = wgpu.BufferUsage
 GROUPS_PER_ROW = 32768
 """Of a long dispatch, folded into rows (silhouettes.wgsl)."""
 RECEIVER_OFFSET = 2.0**-18
@@ -59,6 +59,12 @@ class WedgeLight(Struct):
     up_half_ws: Vec3f
     is_second_side: U32
     receiver_offset: F32  # metres
+
+
+class TileBand(Struct):
+    """Rows of tiles that one dispatch does: the first one's number."""
+
+    first_row: U32
 
 
 @dataclass(eq=False)
@@ -96,7 +102,7 @@ class WedgePass(TechniquePass):
         """Plan, buffers and programs for the scene's edges."""
         self._plan = plan(self._context.gpu, self._edges, self._context.gbuffer.size, self._constants is None)
         self._buffers = self._build_buffers()
-        self._bands = [self._band(first_row) for first_row in self._plan.band_rows[:-1]]
+        self._bands = [self._context.gpu.uniform(TileBand(first_row=row)) for row in self._plan.band_rows[:-1]]
         self._silhouettes = self._silhouette_programs()
         self._visibility = self._visibility_program()
         self._sides: list[LightSide] = []
@@ -116,13 +122,6 @@ class WedgePass(TechniquePass):
             name: self._context.gpu.storage_buffer(struct_bytes * max(count, 1), what)
             for name, (struct_bytes, count, what) in sizes.items()
         }
-
-    def _band(self, first_row: int) -> wgpu.GPUBuffer:
-        """The uniform of a band of the image that starts with this row of tiles."""
-        data = np.array([first_row, 0, 0, 0], np.uint32)
-        uniform = self._context.gpu.device.create_buffer(size=data.nbytes, usage=_USAGE.UNIFORM | _USAGE.COPY_DST)
-        self._context.gpu.device.queue.write_buffer(uniform, 0, data)
-        return uniform
 
     def _silhouette_programs(self) -> dict[Program, int]:
         """The programs in the order they run, and how many workgroups they take."""
@@ -156,9 +155,14 @@ class WedgePass(TechniquePass):
             "triangle_records": edges.triangle_records,
             "visibility": context.visibility,
         }
-        path = f"{_FOLDER}/{'union' if is_union else 'wedges'}.wgsl"
-        constants = {**(self._constants or {}), **self._plan.constants}
-        return Program(context.gpu, path, "cs_visibility", resources, constants=constants)
+        return Program(
+            context.gpu,
+            f"{_FOLDER}/visibility.wgsl",
+            "cs_visibility",
+            resources,
+            constants={**(self._constants or {}), **self._plan.constants},
+            stand_ins={f"{_FOLDER}/wedges.wgsl": f"{_FOLDER}/union.wgsl"} if is_union else None,
+        )
 
     # -- What the lights decide ----------------------------------------------------------------------------------------
 
@@ -193,7 +197,7 @@ class WedgePass(TechniquePass):
             light,
             objects,
             silhouettes=[program.bind(light=light) for program in self._silhouettes],
-            visibility=[self._visibility.bind(first_tile_row=band, **own) for band in self._bands],
+            visibility=[self._visibility.bind(band=band, **own) for band in self._bands],
         )
 
     def _write_side(self, side: LightSide, light: Light, layer: int, is_second: bool) -> None:
@@ -225,10 +229,9 @@ class WedgePass(TechniquePass):
             is_second_side=int(is_second),
             receiver_offset=offset,
         )
-        queue = self._context.gpu.device.queue
-        queue.write_buffer(side.light, 0, pack(uniforms))
+        self._context.gpu.write(side.light, 0, pack(uniforms), what="light")
         if len(objects):
-            queue.write_buffer(side.objects, 0, objects)
+            self._context.gpu.write(side.objects, 0, objects, what="light")
 
     # -- A frame -------------------------------------------------------------------------------------------------------
 
