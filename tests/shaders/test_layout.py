@@ -12,7 +12,7 @@ from softshadows.gpu import scene_buffers, texture_pages
 from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import F32, I32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f, dtype, pack, wgsl
-from softshadows.lights.record import Light
+from softshadows.lights.record import Chunk, Light, LightSamples, samples_record
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
 from softshadows.visibility.maps import structs
 
@@ -46,7 +46,7 @@ class Small(Struct):
 
 SHARED = [
     FrameUniforms, Light, scene_buffers.VertexAttributes, scene_buffers.MaterialRecord, texture_pages.TextureRecord,
-    structs.ShadowLight, structs.ShadowView, structs.ReceiverBox, structs.OccluderBox, structs.Chunk,
+    Chunk, structs.ShadowMaps, structs.ShadowView, structs.ReceiverBox, structs.OccluderBox,
 ]  # fmt: skip
 ALL = [Awkward, Small, *SHARED]
 
@@ -120,3 +120,21 @@ def test_pack_puts_values_where_the_dtype_says() -> None:
     assert array["a"].tolist() == [7, 9]
     assert array["b"].tolist() == [[1.5, -2.0], [0.0, 3.0]]
     assert len(pack(*values)) == 2 * 16
+
+
+def test_an_array_at_the_end_follows_its_struct(tmp_path: Path) -> None:
+    points = np.array([[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 8.0]])
+    shader = tmp_path / "copy.wgsl"
+    shader.write_text(
+        "//#struct LightSamples\n"
+        "@group(0) @binding(0) var<storage, read_write> results: LightSamples;\n"
+        "@group(0) @binding(1) var<storage, read> samples: LightSamples;\n"
+        "@compute @workgroup_size(1) fn cs_copy(@builtin(workgroup_id) id: vec3u) {\n"
+        "    results.count = samples.count;\n    results.total_weight = samples.total_weight;\n"
+        "    results.points[id.x] = samples.points[arrayLength(&samples.points) - 1u - id.x];\n}\n",
+        encoding="utf-8",
+    )
+    data = run(shader, pack(samples_record(points, np.array([0.5, 2.0]))), len(points))  # two places of two samples
+    assert np.frombuffer(data, dtype(LightSamples), 1)[0].tolist()[:2] == (2, 2.5)
+    rows = np.frombuffer(data, np.float32, offset=dtype(LightSamples).itemsize).reshape(-1, 4)
+    assert rows.tolist() == [[7.0, 8.0, 2.0, 0.0], [5.0, 6.0, 0.5, 0.0], [3.0, 4.0, 2.0, 0.0], [1.0, 2.0, 0.5, 0.0]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +12,10 @@ import wgpu
 
 from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import acquire
-from softshadows.gpu.layout import dtype
+from softshadows.gpu.layout import pack
+from softshadows.lights.record import light_record
 from softshadows.scene.lights import DirectionalLight, RectLight
-from softshadows.visibility.maps.structs import ShadowLight
+from softshadows.visibility.maps.structs import ShadowMaps
 
 COUNT = 500
 RELATIVE = 2e-6
@@ -23,23 +25,24 @@ RESULTS = 5
 KERNEL = """
 //#include "visibility/maps/light_space.wgsl"
 @group(0) @binding(0) var<storage, read_write> result: array<vec4f>;
-@group(0) @binding(1) var<uniform> light: ShadowLight;
-@group(0) @binding(2) var<storage, read> cases: array<vec4f>;  // vector; normal, plane offset; position, texel extent
+@group(0) @binding(1) var<uniform> light: Light;
+@group(0) @binding(2) var<uniform> maps: ShadowMaps;
+@group(0) @binding(3) var<storage, read> cases: array<vec4f>;  // vector; normal, plane offset; position, texel extent
 
 @compute @workgroup_size(1) fn cs_test(@builtin(workgroup_id) id: vec3u) {
     let vector = cases[3u * id.x].xyz;
     let plane = cases[3u * id.x + 1u];
     let window = cases[3u * id.x + 2u];
     let ls = to_light_space(light, vector);
-    let face = face_of(light, ls);
+    let face = face_of(ls);
     let point = face_coordinates(face, ls);
     let base = 5u * id.x;
     result[base] = vec4f(ls, f32(face));
-    result[base + 1u] = vec4f(point, closeness_of(light, point.z));
-    result[base + 2u] = vec4f(window_position(light, point), closeness_of_extent(light, 0.25, window.z), 0.0);
+    result[base + 1u] = vec4f(point, closeness_of(point.z));
+    result[base + 2u] = vec4f(window_position(point), closeness_of_extent(0.25, window.z), 0.0);
     result[base + 3u] = vec4f(
-        plane_closeness(light, plane.xyz, plane.w, window.xy),
-        closeness_per_texel(light, plane.xyz, plane.w, window.zw),
+        plane_closeness(plane.xyz, plane.w, window.xy),
+        closeness_per_texel(plane.xyz, plane.w, window.zw),
         0.0,
         0.0,
     );
@@ -71,14 +74,10 @@ def cases() -> npt.NDArray[np.float32]:
     )
 
 
-def uniforms(kind: str) -> bytes:
-    light = LIGHTS[kind]
-    values = np.zeros(1, dtype(ShadowLight))
-    for name, row in zip(("right_ws", "up_ws", "back_ws"), light.axes, strict=True):
-        values[name] = row
-    values["is_directional"] = int(kind == "directional")
-    values["near"], values["far"] = NEAR, FAR
-    return values.tobytes()
+def maps() -> ShadowMaps:
+    """With the depths that light_space.wgsl reads."""
+    others = dict.fromkeys((field.name for field in fields(ShadowMaps)), 0)
+    return ShadowMaps(**{**others, "near": NEAR, "far": FAR})  # type: ignore[arg-type]
 
 
 def run(kind: str, tmp_path: Path) -> npt.NDArray[np.float64]:
@@ -89,7 +88,8 @@ def run(kind: str, tmp_path: Path) -> npt.NDArray[np.float64]:
     size = 16 * RESULTS * COUNT
     buffers = [
         device.create_buffer(size=size, usage=usage.STORAGE | usage.COPY_SRC),
-        device.create_buffer_with_data(data=uniforms(kind), usage=usage.UNIFORM),
+        device.create_buffer_with_data(data=pack(light_record(LIGHTS[kind], 0)), usage=usage.UNIFORM),
+        device.create_buffer_with_data(data=pack(maps()), usage=usage.UNIFORM),
         device.create_buffer_with_data(data=cases().tobytes(), usage=usage.STORAGE),
     ]
     pipeline = device.create_compute_pipeline(

@@ -15,6 +15,7 @@ from functools import cache
 from typing import Annotated, dataclass_transform, get_type_hints
 
 import numpy as np
+import numpy.typing as npt
 
 from softshadows.errors import ShaderError
 
@@ -26,6 +27,8 @@ Vec2f = Annotated[tuple[float, float], "vec2f"]
 Vec3f = Annotated[tuple[float, float, float], "vec3f"]
 Vec4f = Annotated[tuple[float, float, float, float], "vec4f"]
 Vec2u = Annotated[tuple[int, int], "vec2u"]
+ArrayOfVec4f = Annotated[npt.NDArray[np.float32], "array<vec4f>"]
+"""(n, 4), as many as there are: a struct's last member."""
 
 _STRUCTS: dict[str, type[Struct]] = {}
 """Every struct that Python shares with a shader, by name."""
@@ -53,6 +56,8 @@ def struct_named(name: str, where: str) -> type[Struct]:
 
 def _member(wgsl_type: str) -> tuple[str, int, int, int]:
     """numpy scalar, components, alignment and size in bytes of a WGSL type (WGSL specification, section 14.4.1)."""
+    if wgsl_type.startswith("array"):
+        return "<f4", 0, 16, 0
     if wgsl_type.startswith("vec"):
         count = int(wgsl_type[3])
         return _SCALARS[wgsl_type[4]], count, 8 if count == 2 else 16, 4 * count
@@ -66,7 +71,10 @@ def _wgsl_types(struct: type[Struct]) -> dict[str, str]:
 
 @cache
 def dtype(struct: type[Struct]) -> np.dtype:
-    """The numpy dtype with the offsets and padding of the WGSL struct in a uniform or storage buffer."""
+    """The numpy dtype with the offsets and padding of the WGSL struct in a uniform or storage buffer.
+
+    An array at its end counts as empty.
+    """
     names, formats, offsets, end, largest = [], [], [], 0, 4
     for name, wgsl_type in _wgsl_types(struct).items():
         scalar, count, alignment, size = _member(wgsl_type)
@@ -87,7 +95,12 @@ def wgsl(struct: type[Struct]) -> str:
 def pack(*values: Struct) -> bytes:
     """The bytes of one struct, or of an array of structs of one type."""
     array = np.zeros(len(values), dtype(type(values[0])))
+    rows = b""  # of the array at the struct's end
     for index, value in enumerate(values):
         for name, member in asdict(value).items():  # type: ignore[call-overload]
-            array[index][name] = member
-    return array.tobytes()
+            if isinstance(member, np.ndarray):
+                assert len(values) == 1, "structs that end in an array have no array"
+                rows = member.astype("<f4").tobytes()
+            else:
+                array[index][name] = member
+    return array.tobytes() + rows

@@ -10,7 +10,7 @@
 //
 // Lengths in metres, emission in the units of scene/lights.py, "lobe space" is a cosine lobe's own frame with z up.
 
-//#struct Light
+//#include "light.wgsl"
 
 const RECT = 0u;
 const DISK = 1u;
@@ -311,7 +311,7 @@ fn is_punctual(light: Light) -> bool {
 
 // False behind a one-sided rectangle or disk.
 fn emits_toward(light: Light, position_ws: vec3f) -> bool {
-    return light.kind > DISK || light.two_sided != 0u || dot(light.back_ws, position_ws - light.position_ws) < 0.0;
+    return light.is_one_sided == 0u || dot(light.back_ws, position_ws - light.center_ws) < 0.0;
 }
 
 // Unit direction to a light without size, and its irradiance of a surface that faces it, per unit emission.
@@ -319,7 +319,7 @@ fn punctual_light(light: Light, position_ws: vec3f) -> vec4f {
     if light.kind == DIRECTIONAL {
         return vec4f(light.back_ws, 1.0);
     }
-    let to_light_ws = light.position_ws - position_ws;
+    let to_light_ws = light.center_ws - position_ws;
     let squared = max(dot(to_light_ws, to_light_ws), TINY);
     let direction_ws = to_light_ws * inverseSqrt(squared);
     var irradiance = 1.0 / squared;
@@ -346,7 +346,7 @@ fn surface_irradiance(light: Light, position_ws: vec3f, to_surface: mat3x3f) -> 
         let incoming = punctual_light(light, position_ws);
         return max((to_surface * incoming.xyz).z, 0.0) * incoming.w;
     }
-    let center = to_surface * (light.position_ws - position_ws);
+    let center = to_surface * (light.center_ws - position_ws);
     let right = to_surface * light.right_ws * light.half_width;
     let up = to_surface * light.up_ws * light.half_height;
     switch light.kind {
@@ -362,7 +362,7 @@ fn fraction_above_horizon(light: Light, position_ws: vec3f, normal_ws: vec3f) ->
     if is_punctual(light) {
         return 1.0;
     }
-    let height = dot(normal_ws, light.position_ws - position_ws);
+    let height = dot(normal_ws, light.center_ws - position_ws);
     let drop_right = abs(light.half_width * dot(normal_ws, light.right_ws));
     let drop_up = abs(light.half_height * dot(normal_ws, light.up_ws));
     if light.kind == DISK {
@@ -416,7 +416,7 @@ fn shading_lobes(surface: Surface, ltc_matrix: texture_2d<f32>, ltc_albedo: text
 
 // Specular radiance per unit emission from a light with size: the lobe's share of light times its albedo.
 fn area_specular(light: Light, surface: Surface, lobes: Lobes) -> vec3f {
-    let center = lobes.to_surface * (light.position_ws - surface.position_ws);
+    let center = lobes.to_surface * (light.center_ws - surface.position_ws);
     let right = lobes.to_surface * light.right_ws * light.half_width;
     let up = lobes.to_surface * light.up_ws * light.half_height;
     var irradiance = 0.0;

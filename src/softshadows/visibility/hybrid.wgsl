@@ -22,16 +22,16 @@ fn gaps_around(sight: Sight) -> vec4f {
         stored_closeness(sight, high),
     );
     let texel_extent = 1.0 / view.texels_per_unit;
-    let flatness = select(sight.plane_offset, sight.plane_normal.z * (light.far - light.near), light.is_directional == 1u);
+    let flatness = select(sight.plane_offset, sight.plane_normal.z * (maps.far - maps.near), light.is_directional == 1u);
     let gradient = sight.plane_normal.xy * texel_extent / flatness;  // of the plane's closeness, per texel
     let before = vec2f(low) + 0.5 - at;
     let after = vec2f(high) + 0.5 - at;
     let on_plane = sight.closeness + gradient.x * vec4f(before.x, after.x, before.x, after.x)
         + gradient.y * vec4f(before.yy, after.yy);
     let bounded = clamp(on_plane, vec4f(0.5 * sight.closeness), vec4f(2.0 * sight.closeness));
-    let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
+    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
     let slope = (abs(gradient.x) + abs(gradient.y)) / texel_closeness;
-    let bias_texels = light.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
+    let bias_texels = maps.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
     return (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
 }
 

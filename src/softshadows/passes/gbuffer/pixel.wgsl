@@ -12,7 +12,7 @@ fn begin_surface(id: vec2u) -> SurfacePixel {
     if any(id >= frame.size) {
         return pixel;
     }
-    pixel.index = light.visibility_offset + id.y * frame.size.x + id.x;
+    pixel.index = visibility_index(light, id, frame.size);
     pixel.surface = load_receiver(id);
     pixel.is_surface = pixel.surface.is_surface;
     if !pixel.is_surface {

@@ -59,7 +59,8 @@ class Shading:
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Write the lights, as many as the pass was made for."""
         if lights:
-            self._gpu.device.queue.write_buffer(self._lights, 0, pack(*map(record.light_record, lights)))
+            records = pack(*(record.light_record(light, index) for index, light in enumerate(lights)))
+            self._gpu.device.queue.write_buffer(self._lights, 0, records)
 
     def encode(self, commands: Commands) -> None:
         with commands.compute("shading") as compute:

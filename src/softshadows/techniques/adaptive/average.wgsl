@@ -1,10 +1,10 @@
 // The visible share of the light: the remembered look-ups, weighted by what their samples stand for in the pixel's tree.
 
-//#include "visibility/maps/light_space.wgsl"
+//#include "lights/light.wgsl"
 //#include "weights.wgsl"
 //#struct Levels
 
-@group(2) @binding(0) var<storage, read> light: ShadowLight;
+@group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(10) var<uniform> levels: Levels;      // that this pass adds up
 
@@ -92,7 +92,7 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         return;
     }
 
-    let at = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    let at = visibility_index(light, pixel, frame.size);
     if !receiver.is_surface || !is_active(tree) {
         visibility[at] = select(1.0, 0.0, receiver.is_surface && !is_before_light(receiver));
         return;

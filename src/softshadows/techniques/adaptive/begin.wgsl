@@ -1,7 +1,7 @@
 // Start every tile's tree: the root cell, and the tile in the first level's list where its pixels have something to find out.
 
 //#include "passes/gbuffer/receiver.wgsl"
-//#include "visibility/maps/light_space.wgsl"
+//#include "lights/light.wgsl"
 //#include "tree.wgsl"
 //#struct ReceiverBox
 
@@ -9,7 +9,7 @@
 @group(3) @binding(2) var<storage, read_write> refined: array<u32>;
 @group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
 @group(3) @binding(6) var<storage, read_write> control: Control;
-@group(2) @binding(0) var<storage, read> light: ShadowLight;
+@group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read> receiver_boxes: array<ReceiverBox>;
 
 var<workgroup> undecided: atomic<u32>;

@@ -49,7 +49,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
             rays += 4u;
         }
     }
-    let at = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    let at = visibility_index(light, pixel, frame.size);
     visibility[at] = change / cell_area(0u);
     atomicAdd(&control.bracket_rays, rays);
     if was_cut_short {

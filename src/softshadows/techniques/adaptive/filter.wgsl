@@ -94,7 +94,7 @@ fn blocker_ratio(sample: u32, receiver: LightReceiver) -> f32 {
 
 // The visible share of the part of the light that the sample stands for.
 fn filtered_by_cell(sample: u32, receiver: LightReceiver, width: u32, ratio: f32) -> f32 {
-    let point = light_samples[sample].xy;
+    let point = light_samples.points[sample].xy;
     let extent = vec2f(light.half_width, light.half_height);
     let steps = vec2f(f32(max(shape.columns - 1u, 1u)), f32(max(shape.sample_rows - 1u, 1u)));
     let half_cell = select(extent / steps, max(extent.x, extent.y) / steps.xx, shape.has_rows == 0u) * f32(width);
@@ -182,7 +182,7 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     if any(pixel >= frame.size) {
         return;
     }
-    let at = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    let at = visibility_index(light, pixel, frame.size);
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     if !has_work {
         visibility[at] = select(1.0, 0.0, surface.is_surface && !is_before_light(receiver));

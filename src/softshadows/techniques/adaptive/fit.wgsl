@@ -20,5 +20,5 @@ fn cs_fit(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) 
     let tile_size = control.levels[step.level].tile_size;
     let tiles_per_row = control.levels[step.level].tiles_per_row;
     let chunk = step.first_chunk + rank / step.samples_per_batch;
-    fit_sample(sample, Slot(in_batch, tile_size, tiles_per_row, chunk, step.fineness * light.texels_per_pixel), lane);
+    fit_sample(sample, Slot(in_batch, tile_size, tiles_per_row, chunk, step.fineness * maps.texels_per_pixel), lane);
 }

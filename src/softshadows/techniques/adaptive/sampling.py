@@ -213,9 +213,16 @@ class AdaptiveSampling:
             file = _HERE / f"{name}.wgsl"
             return Kernel(self._context.gpu, file, f"cs_{name}", groups, constants, stand_ins)
 
-        maps = _numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view)
+        maps = {**_numbered(atlas.light, atlas.samples, atlas.views, atlas.depth_view), 5: atlas.settings}
         windows = _numbered(
-            atlas.light, atlas.samples, atlas.boxes, atlas.views, atlas.draw_views, atlas.arguments, atlas.drawn
+            atlas.light,
+            atlas.samples,
+            atlas.boxes,
+            atlas.views,
+            atlas.draw_views,
+            atlas.arguments,
+            atlas.drawn,
+            atlas.settings,
         )
         weights = float(self._options.paper_weights)
         kernels = {

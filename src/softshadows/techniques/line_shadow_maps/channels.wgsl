@@ -33,15 +33,15 @@ fn corner(index: u32) -> vec2f {
 
 // A place in the atlas, in texels, as clip coordinates.
 fn clip_position(texel: vec2f, closeness: f32) -> vec4f {
-    let ndc = 2.0 * texel / f32(light.atlas_size) - 1.0;
-    return vec4f(ndc.x, -ndc.y, clamp(closeness * light.depth_scale, 0.0, 1.0), 1.0);
+    let ndc = 2.0 * texel / f32(maps.atlas_size) - 1.0;
+    return vec4f(ndc.x, -ndc.y, clamp(closeness * maps.depth_scale, 0.0, 1.0), 1.0);
 }
 
 // The tile of every sample, to be emptied.
 @vertex
 fn vs_clear(@builtin(vertex_index) index: u32, @builtin(instance_index) sample: u32) -> @builtin(position) vec4f {
-    let tile = vec2f(vec2u(sample % light.tiles_per_row, sample / light.tiles_per_row));
-    return clip_position((tile + corner(index)) * f32(light.tile_size), 1.0);
+    let tile = vec2f(vec2u(sample % maps.tiles_per_row, sample / maps.tiles_per_row));
+    return clip_position((tile + corner(index)) * f32(maps.tile_size), 1.0);
 }
 
 @fragment
@@ -62,7 +62,7 @@ fn vs_skin(@builtin(vertex_index) index: u32, @builtin(instance_index) instance:
 
     // Between the texels of the jump, moved to this map.
     let u = column_position(source * FACES + face, column + 0.5);
-    let segment = light_samples[source].x - light_samples[own].x;
+    let segment = light_samples.points[source].x - light_samples.points[own].x;
     let edge = u + segment * skin.occluder_closeness;
     let end = u + segment * skin.receiver_closeness;
     let beyond = sign(end - edge) * BEYOND_TEXELS / view.texels_per_unit.x;
@@ -74,7 +74,7 @@ fn vs_skin(@builtin(vertex_index) index: u32, @builtin(instance_index) instance:
     let x = clamp(wanted, last.x, last.y);
     let share = (view.window_low.x + x / view.texels_per_unit.x - edge) / (end - edge);
     let closeness = mix(skin.occluder_closeness, skin.receiver_closeness, share);
-    let bias = BIAS_TEXELS * closeness_of_extent(light, skin.occluder_closeness, 1.0 / view.texels_per_unit.x);
+    let bias = BIAS_TEXELS * closeness_of_extent(skin.occluder_closeness, 1.0 / view.texels_per_unit.x);
 
     var vertex: SkinVertex;
     vertex.position = clip_position(vec2f(view.origin) + vec2f(x, row + at.y), closeness + bias);

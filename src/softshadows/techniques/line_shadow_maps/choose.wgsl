@@ -49,7 +49,7 @@ fn is_contradicted(middle: u32, step: u32, receiver: LightReceiver) -> bool {
     if !knows_rows || !is_rectified(start) || !is_rectified(end) {
         return outer_are_seen != middle_is_seen;
     }
-    let length = light_samples[middle + step].x - light_samples[middle - step].x;
+    let length = light_samples.points[middle + step].x - light_samples.points[middle - step].x;
     return hidden_in_rows(start, end, length) == select(0.0, 1.0, middle_is_seen);
 }
 
@@ -66,7 +66,7 @@ fn cs_test(@builtin(global_invocation_id) id: vec3u) {
     atomicAdd(&contradictions[TESTED], 1u);
     let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let step = halving.half_spacing;
-    for (var middle = step; middle < light.sample_count; middle += 2u * step) {
+    for (var middle = step; middle < light_samples.count; middle += 2u * step) {
         if ((control.samples >> middle) & 1u) == 0u {
             continue;
         }
@@ -81,7 +81,7 @@ fn cs_choose() {
     let step = halving.half_spacing;
     let tolerated = tolerance * f32(atomicLoad(&contradictions[TESTED]));
     var requested = 0u;
-    for (var middle = step; middle < light.sample_count; middle += 2u * step) {
+    for (var middle = step; middle < light_samples.count; middle += 2u * step) {
         if f32(atomicLoad(&contradictions[middle / (2u * step)])) > tolerated {
             requested |= (1u << (middle - step / 2u)) | (1u << (middle + step / 2u));
         }

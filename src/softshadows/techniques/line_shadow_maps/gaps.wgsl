@@ -31,9 +31,9 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
     let texel = covering_texel(sight);
     let extent = 1.0 / view.texels_per_unit.x;
     let v = view.window_low.y + (f32(texel.y) + 0.5) / view.texels_per_unit.y;
-    let closeness = plane_closeness(light, sight.plane_normal, sight.plane_offset, vec2f(sight.position.x, v));
+    let closeness = plane_closeness(sight.plane_normal, sight.plane_offset, vec2f(sight.position.x, v));
     let rise = sight.plane_normal.x * extent * direction / sight.plane_offset;  // of the receiver's plane, per texel
-    let bias = light.bias_scale * (SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * closeness_of_extent(light, closeness, extent));
+    let bias = maps.bias_scale * (SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * closeness_of_extent(closeness, extent));
     let farthest = length * max(nearest - closeness, 0.0);  // where that would hide the segment's other end
     let steps = u32(clamp(farthest / extent + 1.0, 0.0, f32(view.size.x)));
 
@@ -59,7 +59,7 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
             let scale = 1.0 / ((here - closeness) * length);
             let share = away * scale;
             hidden |= bins_between(share - EDGE_TEXELS * extent * scale, share + EDGE_TEXELS * extent * scale);
-            let smooth_change = max(SMOOTH_JUMP_TEXELS * closeness_of_extent(light, here, extent), SMOOTH_SLOPES * abs(before_change));
+            let smooth_change = max(SMOOTH_JUMP_TEXELS * closeness_of_extent(here, extent), SMOOTH_SLOPES * abs(before_change));
             if before > 0.0 && abs(change) <= smooth_change {
                 hidden |= bins_between(before_share, share);
             }

@@ -33,9 +33,9 @@ fn cs_prepare() {
     let is_kept = state.drawn_now == 0u && control.samples == control.had_samples;
     control.had_samples = control.samples;
     control.is_kept = select(0u, 1u, is_kept);
-    search = select(vec3u(1u, row_count(0u), light.sample_count), vec3u(0u), is_kept);
+    search = select(vec3u(1u, row_count(0u), light_samples.count), vec3u(0u), is_kept);
     atomicStore(&draws[CLEAR], 6u);
-    atomicStore(&draws[CLEAR + INSTANCES], select(light.sample_count, 0u, is_kept));
+    atomicStore(&draws[CLEAR + INSTANCES], select(light_samples.count, 0u, is_kept));
     atomicStore(&draws[DRAW], 6u);
     atomicStore(&draws[DRAW + INSTANCES], 0u);
     if !is_kept {
@@ -95,7 +95,7 @@ fn find_between(sample: u32, view: u32, row: i32, first: i32, end: i32) -> f32 {
     for (var column = first; column < end; column++) {
         let next = closeness_at(view, column + 1, row);
         let near = max(here, next);
-        let least = closeness_of_extent(light, near, texels);
+        let least = closeness_of_extent(near, texels);
         if abs(next - here) > least {
             let near_is_right = next > here;
             let near_column = column + select(0, 1, near_is_right);

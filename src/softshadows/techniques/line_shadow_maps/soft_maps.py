@@ -134,19 +134,19 @@ class SoftMaps:
 
         self._begin = kernel("choose", "cs_begin", {1: {0: self.control, 2: maps.requests}})
         self._test = kernel("choose", "cs_test", {0: receivers, 2: looks}, knows_rows=options.looks_for_gaps)
-        self._choose = kernel("choose", "cs_choose", {2: {0: looks[0]}}, tolerance=options.tolerance)
+        self._choose = kernel("choose", "cs_choose", {2: {1: looks[1]}}, tolerance=options.tolerance)
         self._halvings = [
             self._bind_halving(Halving(half_spacing=(options.samples - 1) >> stage, stage=stage))
             for stage in range(1, self._stages)
         ]
         found = {0: self.control, 1: maps.state, 2: self._draws, 3: self.skins, 4: self._search, 6: self._nearest}
         self._prepare = kernel(
-            "skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {k: looks[k] for k in (0, 2)}}
+            "skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {k: looks[k] for k in (1, 2)}}
         )
         self._find = kernel(
             "skins",
             "cs_find",
-            {1: {k: found[k] for k in (0, 2, 3, 6)}, 2: {k: looks[k] for k in (0, 2, 3)}},
+            {1: {k: found[k] for k in (0, 2, 3, 6)}, 2: {k: looks[k] for k in (0, 2, 3, 5)}},
             capacity=self._capacity,
             threshold_texels=options.threshold_texels,
         )
@@ -208,7 +208,7 @@ class SoftMaps:
             {"is_rational": self._options.is_rational},
         )
         return [
-            (clear, {2: bind(clear, 2, {0: looks[0]})}, CLEAR_OFFSET),
+            (clear, {2: bind(clear, 2, {5: looks[5]})}, CLEAR_OFFSET),
             (draw, {1: bind(draw, 1, {0: self.skins}), 2: bind(draw, 2, dict(looks))}, DRAW_OFFSET),
         ]
 

@@ -56,7 +56,7 @@ fn segment_shares(sample: u32, next: u32, start: Seen, end: Seen) -> vec2f {
     if !looks_for_gaps || !is_rectified(start.sight) || !is_rectified(end.sight) {
         return select(shares, vec2f(HALF), are_untouched);
     }
-    let length = light_samples[next].x - light_samples[sample].x;
+    let length = light_samples.points[next].x - light_samples.points[sample].x;
     let nearest = vec2f(nearest_beside(sample, start.sight), nearest_beside(next, end.sight));
     let known = select(shares, vec2f(0.0), are_untouched);
     let unknown_weight = select(0.0, HALF, any(are_untouched));
@@ -69,7 +69,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     if !pixel.is_surface {
         return;
     }
-    if light.sample_count == 1u {
+    if light_samples.count == 1u {
         visibility[pixel.index] = select(0.0, 1.0, sight_is_lit(line_sight(0u, pixel.receiver)));
         return;
     }
@@ -78,7 +78,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     var is_overfull = false;
     var sample = 0u;
     var start = look(0u, pixel.receiver);
-    while sample + 1u < light.sample_count {
+    while sample + 1u < light_samples.count {
         let next = sample_after(control.samples, sample);
         let end = look(next, pixel.receiver);
         let shares = segment_shares(sample, next, start, end);

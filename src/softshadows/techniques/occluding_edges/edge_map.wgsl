@@ -29,12 +29,12 @@ fn entry_in(word: u32, column: u32) -> u32 {
 
 // Is there a segment of the light on this side of the sample? And how long is it, in metres?
 fn has_segment(sample: u32, side: u32) -> bool {
-    return select(sample + 1u < light.sample_count, sample > 0u, side == BEFORE);
+    return select(sample + 1u < light_samples.count, sample > 0u, side == BEFORE);
 }
 
 fn segment_length(sample: u32, side: u32) -> f32 {
     let neighbor = select(sample + 1u, sample - 1u, side == BEFORE);
-    return abs(light_samples[neighbor].x - light_samples[sample].x);
+    return abs(light_samples.points[neighbor].x - light_samples.points[sample].x);
 }
 
 // Columns of a cell of a row: whole words of the edge map.

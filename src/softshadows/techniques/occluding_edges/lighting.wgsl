@@ -35,9 +35,9 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
     let texel = (sight.position - view.window_low) * view.texels_per_unit - 0.5;
     let by_column = vec2f(texel_extent.x, 0.0);
     let by_row = vec2f(0.0, texel_extent.y);
-    let next_column = plane_closeness(light, sight.plane_normal, sight.plane_offset, sight.position + by_column);
-    let next_row = plane_closeness(light, sight.plane_normal, sight.plane_offset, sight.position + by_row);
-    let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
+    let next_column = plane_closeness(sight.plane_normal, sight.plane_offset, sight.position + by_column);
+    let next_row = plane_closeness(sight.plane_normal, sight.plane_offset, sight.position + by_row);
+    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
     return Look(
         sample,
         sight_is_lit(sight),
@@ -47,7 +47,7 @@ fn look_from(sample: u32, receiver: LightReceiver) -> Look {
         sight.position.x,
         sight.closeness,
         vec2f(next_column, next_row) - sight.closeness,
-        light.bias_scale * CURVATURE_BIAS_TEXELS * texel_closeness,
+        maps.bias_scale * CURVATURE_BIAS_TEXELS * texel_closeness,
     );
 }
 
@@ -199,13 +199,13 @@ fn cs_lighting(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     var before = look_from(0u, pixel.receiver);
-    if light.sample_count == 1u {
+    if light_samples.count == 1u {
         visibility[pixel.index] = select(0.0, 1.0, before.lit);
         return;
     }
     let whole = influence_between(0.0, 1.0);
     var shading: Shading;
-    for (var sample = 1u; sample < light.sample_count; sample++) {
+    for (var sample = 1u; sample < light_samples.count; sample++) {
         let here = look_from(sample, pixel.receiver);
         let lit = segment_influence(before, here);
         shading = with_segment(shading, sample - 1u, sample, pixel.receiver, lit, whole);

@@ -165,25 +165,28 @@ class OccludingEdgesPass(TechniquePass):
     def _make_kernels(self) -> dict[str, Kernel]:
         """By file."""
         technique, gbuffer = self._technique, self._context.gbuffer
-        light, samples, views, atlas = (self.maps.lookup_resources[binding] for binding in range(4))
+        looks = dict(self.maps.lookup_resources)
         edges = self.edge_map.create_view()
         receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
 
         def kernel(name: str, groups: dict[int, dict[int, Resource]], **constants: float) -> Kernel:
             return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", groups, constants)
 
-        maps = {0: light, 1: samples, 2: views, 3: atlas}
         return {
-            "rows": kernel("rows", {2: {0: light, 2: views}, 3: {0: self.maps.state, 1: self._dispatch}}),
+            "rows": kernel("rows", {2: {k: looks[k] for k in (1, 2)}, 3: {0: self.maps.state, 1: self._dispatch}}),
             "outreach": kernel(
                 "outreach",
-                {2: maps, 3: {0: edges, 1: self._cells}},
+                {2: {k: looks[k] for k in (1, 2, 3, 5)}, 3: {0: edges, 1: self._cells}},
                 uses_tilt=technique.edges != "order",
                 uses_order=technique.edges != "tilt",
             ),
             "lighting": kernel(
                 "lighting",
-                {0: receivers, 2: maps, 3: {0: edges, 1: self._cells, 2: self._context.visibility, 3: self._influence}},
+                {
+                    0: receivers,
+                    2: looks,
+                    3: {0: edges, 1: self._cells, 2: self._context.visibility, 3: self._influence},
+                },
                 by_ends=technique.shading == "ends",
                 penumbra=PENUMBRAE.index(technique.penumbra),
                 edge_rows=technique.rows,

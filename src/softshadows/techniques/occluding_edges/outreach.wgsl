@@ -47,7 +47,7 @@ fn load_texel(view: ShadowView, cell: Cell, column: i32) -> Texel {
     if u32(column) >= view.size.x {  // or before the row, where it wraps around
         return Texel(0.0, OUT_OF_ROW);
     }
-    let closeness = textureLoad(shadow_atlas, view.origin + vec2u(u32(column), cell.row), 0) / light.depth_scale;
+    let closeness = textureLoad(shadow_atlas, view.origin + vec2u(u32(column), cell.row), 0) / maps.depth_scale;
     return Texel(closeness, direction(cell.side) * f32(column) - cell.reach * closeness);
 }
 

@@ -8,5 +8,5 @@
 
 @compute @workgroup_size(1)
 fn cs_rows() {
-    dispatch = vec3u(select(row_count(0u), 0u, state.drawn_now == 0u), light.sample_count, 1u);
+    dispatch = vec3u(select(row_count(0u), 0u, state.drawn_now == 0u), light_samples.count, 1u);
 }

@@ -35,7 +35,7 @@ fn search_scale(i: u32) -> f32 {
 // [Fernando2005 §blocker search] Mean of the blockers' distance over the receiver's, in a region that the nearest occluder of the
 // map could shadow from; negative where there is no blocker.
 fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
-    let nearest = bitcast<f32>(atomicLoad(&nearest_bits)) / light.depth_scale;
+    let nearest = bitcast<f32>(atomicLoad(&nearest_bits)) / maps.depth_scale;
     let half_extent = penumbra_half_extent(nearest / center.closeness);
     var sum = 0.0;
     var blockers = 0.0;

@@ -1,7 +1,7 @@
 // A pixel's visible weight, added up chunk by chunk. Weights are small whole numbers, so the sum is exact until it is divided.
 
 //#include "passes/gbuffer/receiver.wgsl"
-//#include "visibility/maps/light_samples.wgsl"
+//#include "lights/light_samples.wgsl"
 //#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
@@ -13,5 +13,5 @@ fn chunk_end() -> u32 {
 
 fn add_chunk(pixel: SurfacePixel, visible_weight: f32) {
     let sum = visible_weight + select(visibility[pixel.index], 0.0, chunk.first_sample == 0u);
-    visibility[pixel.index] = select(sum, sum / light.total_weight, chunk_end() == light.sample_count);
+    visibility[pixel.index] = select(sum, sum / light_samples.total_weight, chunk_end() == light_samples.count);
 }

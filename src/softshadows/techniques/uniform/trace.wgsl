@@ -22,7 +22,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
         let sample = chunk.first_sample + i;
         let can_be_seen = can_see(start, ray_to(start, light_sample_for(id.xy, sample)));
         let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
-        visible_weight += select(0.0, light_samples[sample].z, answer == LIT);
+        visible_weight += select(0.0, light_samples.points[sample].z, answer == LIT);
         unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
     while unknown != 0u {
@@ -33,7 +33,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
         }
         let is_open = open_segments(packet);
         for (var i = 0u; i < 4u; i++) {
-            visible_weight += select(0.0, light_samples[waiting[i]].z, is_open[i]);
+            visible_weight += select(0.0, light_samples.points[waiting[i]].z, is_open[i]);
         }
     }
     add_chunk(pixel, visible_weight);

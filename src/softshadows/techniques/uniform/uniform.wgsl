@@ -13,7 +13,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     let receiver = light_receiver(pixel.surface.position_ws, pixel.surface.normal_ws);
     var visible_weight = 0.0;
     for (var i = chunk.first_sample; i < chunk_end(); i++) {
-        visible_weight += select(0.0, light_samples[i].z, sample_is_visible(i, receiver));
+        visible_weight += select(0.0, light_samples.points[i].z, sample_is_visible(i, receiver));
     }
     add_chunk(pixel, visible_weight);
 }

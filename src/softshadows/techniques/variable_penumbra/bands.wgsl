@@ -26,7 +26,7 @@ const BANDS = 3u;
 
 // Depth in metres along the map's axis, from wherever.
 fn axis_depth(closeness: f32) -> f32 {
-    return select(1.0 / closeness, closeness * (light.near - light.far), light.is_directional == 1u);
+    return select(1.0 / closeness, closeness * (maps.near - maps.far), light.is_directional == 1u);
 }
 
 // [Evans2014 Eq. 1] [Evans2014 Eq. 2] How far the neighbours lie before the texel, as a share of what the map spans: the positive
@@ -62,7 +62,7 @@ fn level_of(band: u32) -> u32 {
 }
 
 fn cells_per_row() -> u32 {
-    return ((light.atlas_size - 1u) >> cell_bits) + 1u;
+    return ((maps.atlas_size - 1u) >> cell_bits) + 1u;
 }
 
 // [Evans2014 §4.3] Mip-chain dilation: of level l, the half texels from one before the edge's to one behind it.

@@ -53,15 +53,15 @@ fn cs_span(@builtin(global_invocation_id) id: vec3u) {
 }
 
 fn nearest_closeness() -> f32 {
-    return bitcast<f32>(atomicLoad(&span.nearest)) / light.depth_scale;
+    return bitcast<f32>(atomicLoad(&span.nearest)) / maps.depth_scale;
 }
 
 fn farthest_closeness() -> f32 {
-    return bitcast<f32>(~atomicLoad(&span.inverted_farthest)) / light.depth_scale;
+    return bitcast<f32>(~atomicLoad(&span.inverted_farthest)) / maps.depth_scale;
 }
 
 fn texel_closeness(texel: vec2u) -> f32 {
-    return textureLoad(shadow_atlas, texel, 0) / light.depth_scale;
+    return textureLoad(shadow_atlas, texel, 0) / maps.depth_scale;
 }
 
 fn texels_per_unit(texel: vec2u) -> vec2f {
@@ -80,9 +80,9 @@ fn layer_of(closeness: f32, texel: vec2u, texels_per_unit: vec2f) -> u32 {
     if layers == 1u {
         return 0u;
     }
-    let last = textureLoad(last_layer, texel, 0) / light.depth_scale;
+    let last = textureLoad(last_layer, texel, 0) / maps.depth_scale;
     let texel_extent = 1.0 / min(texels_per_unit.x, texels_per_unit.y);
-    let thickness = THIN_TEXELS * closeness_of_extent(light, closeness, texel_extent);
+    let thickness = THIN_TEXELS * closeness_of_extent(closeness, texel_extent);
     return select(0u, 1u, closeness - last > thickness);
 }
 
@@ -97,7 +97,7 @@ fn layer_of_receiver(sight: Sight) -> u32 {
     let view = shadow_views[sight.view];
     let texel = covering_texel(sight);
     let center = view.window_low + (vec2f(texel) + 0.5) / view.texels_per_unit;
-    let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
+    let on_plane = plane_closeness(sight.plane_normal, sight.plane_offset, center);
     map_reads++;
     return layer_of(on_plane, view.origin + texel, view.texels_per_unit);
 }
@@ -153,7 +153,7 @@ fn begin_masked_pixel(id: vec2u, workgroup: vec3u) -> MaskedPixel {
     if any(id >= frame.size) {
         return pixel;
     }
-    pixel.index = light.visibility_offset + id.y * frame.size.x + id.x;
+    pixel.index = visibility_index(light, id, frame.size);
     visibility[pixel.index] = 1.0;
     let surface = load_receiver(id);
     if surface.is_surface && !is_only_occluder(surface) {

@@ -50,7 +50,7 @@ fn edge_at(texel: vec2u) -> Edge {
 }
 
 fn cells_per_row() -> u32 {
-    return (light.atlas_size - 1u) / CELL + 1u;
+    return (maps.atlas_size - 1u) / CELL + 1u;
 }
 
 // A cell's place in the mask.

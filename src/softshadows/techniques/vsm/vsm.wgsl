@@ -15,12 +15,12 @@ override light_bleed_reduction: f32;
 override min_variance: f32;
 
 fn linear_depth(closeness: f32) -> f32 {
-    let depth = select(1.0 / (max(closeness, 1e-30) * light.far), 1.0 - closeness, light.is_directional == 1u);
+    let depth = select(1.0 / (max(closeness, 1e-30) * maps.far), 1.0 - closeness, light.is_directional == 1u);
     return clamp(depth, 0.0, 1.0);
 }
 
 fn texel_index(texel: vec2u) -> u32 {
-    return texel.y * light.atlas_size + texel.x;
+    return texel.y * maps.atlas_size + texel.x;
 }
 
 // [Donnelly2006 §3] The two moments of depth, filtered by a box along rows ...
@@ -33,7 +33,7 @@ fn cs_filter_rows(@builtin(global_invocation_id) id: vec3u) {
     var sum = vec2f(0.0);
     for (var i = -kernel_radius; i <= kernel_radius; i++) {
         let x = u32(clamp(i32(id.x) + i, i32(view.x), i32(view.z) - 1));
-        let depth = linear_depth(textureLoad(shadow_atlas, vec2u(x, id.y), 0) / light.depth_scale);
+        let depth = linear_depth(textureLoad(shadow_atlas, vec2u(x, id.y), 0) / maps.depth_scale);
         sum += vec2f(depth, depth * depth);
     }
     row_moments[texel_index(id.xy)] = sum / f32(2 * kernel_radius + 1);

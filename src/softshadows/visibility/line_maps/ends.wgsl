@@ -14,7 +14,7 @@ struct Shading {
 
 // cos / distance² at the receiver, of light from a sample.
 fn end_illumination(sample: u32, receiver: LightReceiver) -> f32 {
-    let from_sample = receiver.point - vec3f(light_samples[sample].xy, 0.0);
+    let from_sample = receiver.point - vec3f(light_samples.points[sample].xy, 0.0);
     let distance = length(from_sample);
     return max(-dot(receiver.normal, from_sample), 0.0) / (distance * distance * distance);
 }
@@ -38,5 +38,5 @@ fn visibility_of(shading: Shading) -> f32 {
     if shading.whole > 0.0 {
         return select(shading.lit / shading.whole, 1.0, shading.lit >= shading.whole);
     }
-    return shading.visible / f32(light.sample_count - 1u);
+    return shading.visible / f32(light_samples.count - 1u);
 }

@@ -161,7 +161,7 @@ fn bound_occluders(lane: u32, low_ls: vec3f, high_ls: vec3f) {
         lows[i] = NOTHING;
         highs[i] = -NOTHING;
     }
-    for (var i = lane; i < light.occluder_count; i += LANES) {
+    for (var i = lane; i < maps.occluder_count; i += LANES) {
         let box = occluder_boxes[i];
         let center = to_light_space(light, 0.5 * (box.low_ws + box.high_ws) - light.center_ws);
         let half = 0.5 * (box.high_ws - box.low_ws);
@@ -190,10 +190,10 @@ fn bound_occluders(lane: u32, low_ls: vec3f, high_ls: vec3f) {
 
 // The windows of all faces around the receiver boxes, found by all lanes together.
 fn find_wanted(lane: u32) {
-    let beside = light.search_margin * vec3f(light.half_width, 0.0, 0.0);
+    let beside = maps.search_margin * vec3f(light.half_width, 0.0, 0.0);
     var low_ls = NOTHING;
     var high_ls = -NOTHING;
-    for (var i = lane; i < light.box_count; i += LANES) {
+    for (var i = lane; i < arrayLength(&receiver_boxes); i += LANES) {
         if receiver_boxes[i].count > 0.0 {
             low_ls = min(low_ls, receiver_boxes[i].low);
             high_ls = max(high_ls, receiver_boxes[i].high);
@@ -216,7 +216,7 @@ fn find_wanted(lane: u32) {
         highs[i] = -NOTHING;
         demands[i] = vec2f(0.0);
     }
-    for (var i = lane; i < light.box_count; i += LANES) {
+    for (var i = lane; i < arrayLength(&receiver_boxes); i += LANES) {
         let box = receiver_boxes[i];
         if box.count == 0.0 {
             continue;
@@ -232,7 +232,7 @@ fn find_wanted(lane: u32) {
     }
     for (var window = 0u; window < WINDOWS; window++) {
         join_lanes(lane, lows[window], highs[window], demands[window]);
-        let demand = light.texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0);
+        let demand = maps.texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0);
         wanted[window] = shared_window(lane_lows[0], lane_highs[0], limit_lows[window], limit_highs[window], demand);
         workgroupBarrier();
     }
@@ -270,10 +270,10 @@ fn take_windows(share: f32) {
 // one row, is not moved to a row's border by all of them, but by each to another place. Neighbours differ by less than half
 // a row. Two maps are the papers' and keep the same rows; without a length, all samples are one.
 fn row_shift(sample: u32) -> f32 {
-    if light.sample_count < 3u || light.half_width == 0.0 {
+    if light_samples.count < 3u || light.half_width == 0.0 {
         return 0.0;
     }
-    return (f32(sample) + 0.5) / f32(light.sample_count) - 0.5;
+    return (f32(sample) + 0.5) / f32(light_samples.count) - 0.5;
 }
 
 // Place the windows in the sample's tile as bands, for they are wide along the light, in one column or two. A band is as high
@@ -293,9 +293,9 @@ fn place_bands(sample: u32, columns: u32) {
         totals[column] += heights[face];
         left[column] += 1.0;
     }
-    let tile = f32(light.tile_size);
+    let tile = f32(maps.tile_size);
     let width = 2.0 * floor(0.5 * tile / f32(columns));  // even: a technique may keep texels by twos
-    let first = vec2f(vec2u(sample % light.tiles_per_row, sample / light.tiles_per_row) * light.tile_size);
+    let first = vec2f(vec2u(sample % maps.tiles_per_row, sample / maps.tiles_per_row) * maps.tile_size);
     let smallest = BAND_SHARE * tile;
     let rests = tile - smallest * vec2f(left[0], left[1]);
     var used: array<f32, MOST_COLUMNS>;
@@ -339,7 +339,7 @@ fn best_columns() -> u32 {
 fn all_still_serve(columns: u32) -> bool {
     for (var end = 0u; end < 2u; end++) {
         take_windows(f32(end));
-        let sample = end * (light.sample_count - 1u);
+        let sample = end * (light_samples.count - 1u);
         place_bands(sample, columns);
         if !still_serve(sample) {
             return false;
@@ -388,7 +388,7 @@ fn cs_place() {
     }
     for (var rest = requests[stage.number] & ~atomicLoad(&drawn_samples[0]); rest != 0u; rest &= rest - 1u) {
         let sample = firstTrailingBit(rest);
-        take_windows(f32(sample) / f32(max(light.sample_count, 2u) - 1u));
+        take_windows(f32(sample) / f32(max(light_samples.count, 2u) - 1u));
         place_bands(sample, state.columns);
         list_views(sample, stage.number);
         state.drawn_now |= 1u << sample;

@@ -11,7 +11,7 @@ const EDGE_TEXELS = 0.36;
 
 // The receiver as light sample `sample_index` sees it. `view % FACES` is the face; only the first LINE_FACES are rectified.
 fn line_sight(sample_index: u32, receiver: LightReceiver) -> Sight {
-    let from_sample = receiver.point - vec3f(light_samples[sample_index].xy, 0.0);
+    let from_sample = receiver.point - vec3f(light_samples.points[sample_index].xy, 0.0);
     var sight: Sight;
     sight.plane_offset = dot(receiver.normal, from_sample);
     sight.possible = sight.plane_offset < 0.0;
@@ -25,8 +25,8 @@ fn line_sight(sample_index: u32, receiver: LightReceiver) -> Sight {
         sight.covered = is_covered(sample_index * FACES + face, point);
     }
     sight.view = sample_index * FACES + face;
-    sight.position = window_position(light, point);
-    sight.closeness = closeness_of(light, point.z);
+    sight.position = window_position(point);
+    sight.closeness = closeness_of(point.z);
     sight.plane_normal = line_face_coordinates(face, receiver.normal);
     return sight;
 }
@@ -37,7 +37,7 @@ fn is_rectified(sight: Sight) -> bool {
 
 // Closeness of the first occluder in a texel of a view, 0 where there is none.
 fn map_closeness(view: u32, texel: vec2u) -> f32 {
-    return textureLoad(shadow_atlas, shadow_views[view].origin + texel, 0) / light.depth_scale;
+    return textureLoad(shadow_atlas, shadow_views[view].origin + texel, 0) / maps.depth_scale;
 }
 
 // Position along u of a column's centre, or of any place between columns.
@@ -80,5 +80,5 @@ fn row_count(sample: u32) -> u32 {
 
 // Where the values of a sample's first row lie, in a list of all rows.
 fn first_row(sample: u32) -> u32 {
-    return sample * COLUMNS * light.tile_size;
+    return sample * COLUMNS * maps.tile_size;
 }

@@ -153,7 +153,7 @@ class LineMaps:
         self.state = gpu.storage_buffer(dtype(LineState).itemsize, "the state of the maps")
         self.requests = gpu.storage_buffer(4 * plan.chunks, "the requested samples")
         self.bytes = atlas.bytes + self._windows.size + self.state.size + self.requests.size
-        boxed = {0: atlas.light, 2: atlas.boxes, 3: atlas.views, 6: atlas.drawn}
+        boxed = {0: atlas.light, 1: atlas.samples, 2: atlas.boxes, 3: atlas.views, 6: atlas.drawn, 7: atlas.settings}
         fitted = {0: self._windows, 1: self.state, 4: scene.occluder_boxes}
         self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", {0: boxed, 1: fitted})
         listed = {
@@ -163,6 +163,7 @@ class LineMaps:
             4: atlas.draw_views,
             5: atlas.arguments,
             6: atlas.drawn,
+            7: atlas.settings,
         }
         self._place = Kernel(gpu, _HERE / "fit.wgsl", "cs_place", {0: listed})
         self._stages = [
@@ -179,9 +180,9 @@ class LineMaps:
 
     @property
     def lookup_resources(self) -> Mapping[int, Resource]:
-        """Bind group 2 of kernels that include line_map.wgsl: light, samples, views, atlas. Give those in use."""
+        """Bind group 2 of kernels that include line_map.wgsl. Give those in use."""
         atlas = self.atlas
-        return {0: atlas.light, 1: atlas.samples, 2: atlas.views, 3: atlas.depth_view}
+        return {0: atlas.light, 1: atlas.samples, 2: atlas.views, 3: atlas.depth_view, 5: atlas.settings}
 
     def set_lights(self, lights: Sequence[tuple[Light, int]], first_stage: int | None = None) -> None:
         """Write the frame's lights, each with its layer of visibility, and the first stage's samples (default: all)."""

@@ -1,6 +1,9 @@
 // As draw.wgsl, for adapters without clip distances: fragments outside their view are discarded.
 
 //#include "occluder.wgsl"
+//#struct ShadowMaps
+
+@group(0) @binding(1) var<uniform> maps: ShadowMaps;
 
 struct Occluder {
     @builtin(position) position_cs: vec4f,
@@ -20,7 +23,7 @@ fn is_outside(edges: vec4f, position: vec4f) -> bool {
 }
 
 fn atlas_edges(view: View) -> vec4f {
-    return view.edges * (0.5 * f32(light.atlas_size));
+    return view.edges * (0.5 * f32(maps.atlas_size));
 }
 
 // Nothing is in a view before its triangles: two triangles over it, whose depth always passes.

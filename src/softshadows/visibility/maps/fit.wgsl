@@ -9,7 +9,7 @@ fn is_receiver(box: u32, sample: u32) -> bool {
 @compute @workgroup_size(LANES)
 fn cs_fit_views(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let sample = group.x;
-    let in_batch = sample % light.samples_per_batch;
-    let chunk = sample / light.samples_per_chunk;
-    fit_sample(sample, Slot(in_batch, light.tile_size, light.tiles_per_row, chunk, light.texels_per_pixel), lane);
+    let in_batch = sample % maps.samples_per_batch;
+    let chunk = sample / maps.samples_per_chunk;
+    fit_sample(sample, Slot(in_batch, maps.tile_size, maps.tiles_per_row, chunk, maps.texels_per_pixel), lane);
 }

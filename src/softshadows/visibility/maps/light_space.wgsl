@@ -1,4 +1,5 @@
-// Light space: metres along the light's right, up and back from its centre. A light sample is a point (x, y, 0) of it.
+// How shadow maps lie in light space, where a light sample is a point (x, y, 0). The including file declares `light` and
+// `maps`.
 //
 // A sample's surroundings are cut into the six faces of a cube that is aligned with light space, and a direction has
 // face coordinates (a, b, d): d > 0 along the face's axis, a and b across; left-handed in all six, so that a triangle that
@@ -6,16 +7,13 @@
 // holds closeness = 1 / d, which is linear in the map's image wherever the surface is a plane.
 // A directional light has one face, the window is in metres (a, b), and closeness = (far - d) / (far - near).
 
-//#struct ShadowLight
+//#include "lights/light.wgsl"
+//#struct ShadowMaps
 //#struct ShadowView
 
 const FACES = 6u;
 const FRONT = 0u;  // along -z, where a one-sided light emits
 const BACK = 5u;
-
-fn to_light_space(light: ShadowLight, vector_ws: vec3f) -> vec3f {
-    return vec3f(dot(vector_ws, light.right_ws), dot(vector_ws, light.up_ws), dot(vector_ws, light.back_ws));
-}
 
 fn face_coordinates(face: u32, v: vec3f) -> vec3f {
     switch face {
@@ -29,7 +27,7 @@ fn face_coordinates(face: u32, v: vec3f) -> vec3f {
 }
 
 // The face that the direction `v` points through.
-fn face_of(light: ShadowLight, v: vec3f) -> u32 {
+fn face_of(v: vec3f) -> u32 {
     if light.is_directional == 1u {
         return FRONT;
     }
@@ -44,29 +42,29 @@ fn face_of(light: ShadowLight, v: vec3f) -> u32 {
 }
 
 // Position in the window's plane, of a point with face coordinates `point`.
-fn window_position(light: ShadowLight, point: vec3f) -> vec2f {
+fn window_position(point: vec3f) -> vec2f {
     return select(point.xy / point.z, point.xy, light.is_directional == 1u);
 }
 
-fn closeness_of(light: ShadowLight, depth: f32) -> f32 {
-    return select(1.0 / depth, (light.far - depth) / (light.far - light.near), light.is_directional == 1u);
+fn closeness_of(depth: f32) -> f32 {
+    return select(1.0 / depth, (maps.far - depth) / (maps.far - maps.near), light.is_directional == 1u);
 }
 
 // Closeness of the plane {x : dot(normal, x) = offset} in face coordinates, at `position` in the window's plane.
-fn plane_closeness(light: ShadowLight, normal: vec3f, offset: f32, position: vec2f) -> f32 {
+fn plane_closeness(normal: vec3f, offset: f32, position: vec2f) -> f32 {
     if light.is_directional == 1u {
-        return closeness_of(light, (offset - dot(normal.xy, position)) / normal.z);
+        return closeness_of((offset - dot(normal.xy, position)) / normal.z);
     }
     return dot(normal, vec3f(position, 1.0)) / offset;
 }
 
 // How much the plane's closeness changes over one texel.
-fn closeness_per_texel(light: ShadowLight, normal: vec3f, offset: f32, texel_extent: vec2f) -> f32 {
+fn closeness_per_texel(normal: vec3f, offset: f32, texel_extent: vec2f) -> f32 {
     let across = dot(abs(normal.xy), texel_extent);
-    return select(across / abs(offset), across / (abs(normal.z) * (light.far - light.near)), light.is_directional == 1u);
+    return select(across / abs(offset), across / (abs(normal.z) * (maps.far - maps.near)), light.is_directional == 1u);
 }
 
 // The difference in closeness that a step towards the light makes, as long as a texel of this extent is wide at the receiver.
-fn closeness_of_extent(light: ShadowLight, closeness: f32, texel_extent: f32) -> f32 {
-    return select(texel_extent * closeness, texel_extent / (light.far - light.near), light.is_directional == 1u);
+fn closeness_of_extent(closeness: f32, texel_extent: f32) -> f32 {
+    return select(texel_extent * closeness, texel_extent / (maps.far - maps.near), light.is_directional == 1u);
 }

@@ -1,9 +1,9 @@
 // Where a vertex falls in a view of the shadow atlas: what both ways of drawing the occluders share.
 
 //#include "gpu/texture.wgsl"
-//#struct ShadowLight
+//#include "lights/light.wgsl"
 
-@group(0) @binding(0) var<storage, read> light: ShadowLight;
+@group(0) @binding(0) var<storage, read> light: Light;
 
 // The view that an instance stands for (DrawView in shadow_atlas.py): a vertex buffer that steps per instance.
 struct View {

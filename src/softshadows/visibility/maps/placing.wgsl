@@ -3,6 +3,7 @@
 // The including file says by `map_coordinates(face, vector)` how a vector of light space lies in a face.
 
 //#include "light_space.wgsl"
+//#struct LightSamples
 //#struct ReceiverBox
 //#struct DrawView
 
@@ -14,13 +15,14 @@ struct DrawCounter {
     first_instance: u32,
 };
 
-@group(0) @binding(0) var<storage, read> light: ShadowLight;
-@group(0) @binding(1) var<storage, read> light_samples: array<vec4f>;
+@group(0) @binding(0) var<storage, read> light: Light;
+@group(0) @binding(1) var<storage, read> light_samples: LightSamples;
 @group(0) @binding(2) var<storage, read> receiver_boxes: array<ReceiverBox>;
 @group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
 @group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
 @group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // DRAWS by chunk
 @group(0) @binding(6) var<storage, read_write> drawn_samples: array<atomic<u32>>;   // whose maps are in the atlas, as bits
+@group(0) @binding(7) var<uniform> maps: ShadowMaps;
 
 const WINDOWS = 7u;
 const WIDE_FRONT = 6u;
@@ -63,15 +65,15 @@ fn widen_windows() {
 
 // Place the window in `size` texels of the atlas from `origin` on.
 fn place(window: Window, origin: vec2f, size: vec2f) -> ShadowView {
-    let room = floor(size) - 2.0 * light.margin_texels;
-    let extent = max(window.high - window.low, vec2f(1e-6 * max(light.window_scale, 1e-20)));
+    let room = floor(size) - 2.0 * maps.margin_texels;
+    let extent = max(window.high - window.low, vec2f(1e-6 * max(maps.window_scale, 1e-20)));
     var texels_per_unit = room / extent;
-    if light.is_auto == 1u {
+    if maps.is_auto == 1u {
         texels_per_unit = min(texels_per_unit, vec2f(window.texels_per_unit));
         texels_per_unit = max(texels_per_unit, vec2f(SMALLEST_VIEW) / extent);
     }
-    let used = min(ceil(extent * texels_per_unit) + 2.0 * light.margin_texels, floor(size));
-    return ShadowView(window.low - light.margin_texels / texels_per_unit, texels_per_unit, vec2u(origin), vec2u(used));
+    let used = min(ceil(extent * texels_per_unit) + 2.0 * maps.margin_texels, floor(size));
+    return ShadowView(window.low - maps.margin_texels / texels_per_unit, texels_per_unit, vec2u(origin), vec2u(used));
 }
 
 // The view as rows of a matrix from world positions (relative to the light's centre) to the atlas: x and y from 0 to 2 across it.
@@ -86,12 +88,12 @@ fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
     let d = vec4f(x.z, y.z, z.z, offset.z);
     let one = vec4f(0.0, 0.0, 0.0, 1.0);
     var w = d;
-    var closeness_w = one * light.depth_scale;
+    var closeness_w = one * maps.depth_scale;
     if light.is_directional == 1u {
         w = one;
-        closeness_w = (one * light.far - d) / (light.far - light.near);
+        closeness_w = (one * maps.far - d) / (maps.far - maps.near);
     }
-    let unit = 2.0 / f32(light.atlas_size);
+    let unit = 2.0 / f32(maps.atlas_size);
     let origin = vec2f(view.origin);
     let end = origin + vec2f(view.size);
     return DrawView(
@@ -164,10 +166,10 @@ fn still_serve(sample: u32) -> bool {
         if had.size.x == 0u || any(had.texels_per_unit < KEPT_FINENESS * wanted.texels_per_unit) {
             return false;
         }
-        let low = wanted.window_low + light.margin_texels / wanted.texels_per_unit;
-        let high = wanted.window_low + (vec2f(wanted.size) - light.margin_texels) / wanted.texels_per_unit;
-        let had_low = had.window_low + light.margin_texels / had.texels_per_unit;
-        let had_high = had.window_low + (vec2f(had.size) - light.margin_texels) / had.texels_per_unit;
+        let low = wanted.window_low + maps.margin_texels / wanted.texels_per_unit;
+        let high = wanted.window_low + (vec2f(wanted.size) - maps.margin_texels) / wanted.texels_per_unit;
+        let had_low = had.window_low + maps.margin_texels / had.texels_per_unit;
+        let had_high = had.window_low + (vec2f(had.size) - maps.margin_texels) / had.texels_per_unit;
         // A view's far border is rounded up to whole texels, by up to one of its own.
         if any(low < had_low - 1e-6 * abs(had_low)) || any(high > had_high + 1.0 / wanted.texels_per_unit) {
             return false;
@@ -178,7 +180,7 @@ fn still_serve(sample: u32) -> bool {
 
 // Remember the sample's views, and add those in use to the list that its chunk draws.
 fn list_views(sample: u32, chunk: u32) {
-    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
+    let sample_ls = vec3f(light_samples.points[sample].xy, 0.0);
     for (var face = 0u; face < FACES; face++) {
         if views[face].size.x > 0u {
             let first_counter = DRAWS * chunk;
@@ -186,7 +188,7 @@ fn list_views(sample: u32, chunk: u32) {
             for (var draw = 1u; draw < DRAWS; draw++) {
                 atomicAdd(&draw_counters[first_counter + draw].instance_count, 1u);
             }
-            draw_views[chunk * light.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, views[face]);
+            draw_views[chunk * maps.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, views[face]);
         }
         shadow_views[sample * FACES + face] = views[face];
     }

@@ -1,14 +1,16 @@
 // Boxes around the receivers: for every 8×8 pixels, the extent in light space of the surfaces that something can shadow.
 
 //#include "passes/gbuffer/receiver.wgsl"
-//#include "light_space.wgsl"
+//#include "lights/light.wgsl"
 //#include "swept_box.wgsl"
+//#struct ShadowMaps
 //#struct ReceiverBox
 //#struct OccluderBox
 
-@group(2) @binding(0) var<storage, read> light: ShadowLight;
+@group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read_write> receiver_boxes: array<ReceiverBox>;
 @group(2) @binding(2) var<storage, read> occluder_boxes: array<OccluderBox>;
+@group(2) @binding(3) var<uniform> maps: ShadowMaps;
 
 const EDGE = 8u;
 const LANES = 64u;
@@ -73,11 +75,11 @@ fn cs_bound_receivers(
     var light_low = light.center_ws - reach;
     var light_high = light.center_ws + reach;
     if light.is_directional == 1u {
-        light_low = lows_ws[0] + light.back_ws * (2.0 * light.window_scale);
-        light_high = highs_ws[0] + light.back_ws * (2.0 * light.window_scale);
+        light_low = lows_ws[0] + light.back_ws * (2.0 * maps.window_scale);
+        light_high = highs_ws[0] + light.back_ws * (2.0 * maps.window_scale);
     }
     if footprints[0].y > 0.0 {
-        for (var i = lane; i < light.occluder_count; i += LANES) {
+        for (var i = lane; i < maps.occluder_count; i += LANES) {
             let box = occluder_boxes[i];
             if can_shadow(box.low_ws, box.high_ws, lows_ws[0], highs_ws[0], light_low, light_high) {
                 atomicStore(&shadowed, 1u);

@@ -26,6 +26,8 @@ from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
+from softshadows.lights.record import Chunk, LightSamples, light_record, samples_record
+from softshadows.lights.record import Light as LightRecord
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
@@ -33,10 +35,9 @@ from softshadows.visibility.maps.extents import depth_range, farthest, reaches_i
 from softshadows.visibility.maps.plan import AtlasPlan
 from softshadows.visibility.maps.structs import (
     FACES,
-    Chunk,
     DrawView,
     ReceiverBox,
-    ShadowLight,
+    ShadowMaps,
     ShadowView,
 )
 
@@ -67,9 +68,9 @@ class ShadowAtlas:
     With `keeps_maps`, and where all of them fit the atlas, a map is drawn again only when the light or the scene has
     changed, or the camera sees receivers that it does not hold.
 
-    `light`, `samples`, `boxes`, `views`, `draw_views`, `arguments`, `drawn` and `depth_view` are for techniques with
-    fits and look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes that include
-    shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
+    `light`, `settings`, `samples`, `boxes`, `views`, `draw_views`, `arguments`, `drawn` and `depth_view` are for
+    techniques with fits and look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes
+    that include shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
     """
 
     def __init__(
@@ -102,8 +103,9 @@ class ShadowAtlas:
             return device.create_buffer(size=size, usage=usage)
 
         storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
-        self.light = buffer(dtype(ShadowLight).itemsize, storage | write | _USAGE.COPY_SRC)
-        self.samples = buffer(16 * plan.places * plan.samples, storage | write)
+        self.light = buffer(dtype(LightRecord).itemsize, storage | write | _USAGE.COPY_SRC)
+        self.settings = buffer(dtype(ShadowMaps).itemsize, _USAGE.UNIFORM | write)
+        self.samples = buffer(dtype(LightSamples).itemsize + 16 * plan.places * plan.samples, storage | write)
         self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
         self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
         self.boxes = boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
@@ -140,7 +142,8 @@ class ShadowAtlas:
 
         compute = _STAGES.COMPUTE
         light, samples, views = (self.light, read), (self.samples, read), (self.views, read)
-        receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read)]
+        settings = (self.settings, uniform)
+        receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read), settings]
         receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
         fit_resources = [
             light,
@@ -150,12 +153,13 @@ class ShadowAtlas:
             (self.draw_views, readwrite),
             (self.arguments, readwrite),
             (self.drawn, readwrite),
+            settings,
         ]
         fit_layout, self._fit_bindings = bind(fit_resources, compute)
         chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
-        self._draw_layout, self._draw_bindings = bind([light], _STAGES.VERTEX | _STAGES.FRAGMENT)
+        self._draw_layout, self._draw_bindings = bind([light, settings], _STAGES.VERTEX | _STAGES.FRAGMENT)
         atlas = (self.depth_view, {"sample_type": "depth"})
-        self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk], compute)
+        self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk, settings], compute)
 
         def compute_pipeline(file: str, entry: str, layouts: list) -> wgpu.GPUComputePipeline:
             module = shader_module(device, compose(_HERE / file), file)
@@ -230,25 +234,16 @@ class ShadowAtlas:
     @property
     def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
         """The buffers that hold one light at a time."""
-        return (self.light, self.samples, self.arguments)
+        return (self.light, self.settings, self.samples, self.arguments)
 
     def _light_bytes(self, sampled: SampledLight) -> bytes:
         """The contents of the per-light buffers, one after the other."""
         plan, scene, light = self.plan, self._scene, sampled.light
-        right, up, back = light.axes
         directional = light.kind == "directional"
         near, far = max(1e-5 * scene.diagonal, 1e-7), farthest(scene.geometry.bounds, light.center)
         if directional:
-            near, far = depth_range(scene.geometry.bounds, -back)
-        uniforms = ShadowLight(
-            center_ws=tuple(light.center),
-            is_one_sided=int(light.one_sided),
-            right_ws=tuple(right),
-            half_width=light.half_extent[0],
-            up_ws=tuple(up),
-            half_height=light.half_extent[1],
-            back_ws=tuple(back),
-            is_directional=int(directional),
+            near, far = depth_range(scene.geometry.bounds, -light.axes[2])
+        settings = ShadowMaps(
             near=near,
             far=far,
             depth_scale=1.0 if directional else near,
@@ -258,27 +253,22 @@ class ShadowAtlas:
             margin_texels=float(self._margin_texels),
             search_margin=self._search_margin,
             is_auto=int(plan.is_auto),
-            is_round=int(light.kind == "disk"),
             tile_size=plan.tile,
             tiles_per_row=plan.tiles_per_row,
             atlas_size=plan.atlas_size,
-            box_count=self._groups[0] * self._groups[1],
             occluder_count=scene.occluder_count,
-            sample_count=plan.samples,
             samples_per_batch=plan.samples_per_batch,
             samples_per_chunk=plan.samples_per_chunk,
-            total_weight=float(np.sum(sampled.weights)),
-            visibility_offset=sampled.layer * self._gbuffer.size[0] * self._gbuffer.size[1],
         )
-        samples = np.zeros((plan.places * plan.samples, 4), np.float32)
-        samples[:, :2], samples[:, 2] = sampled.points, np.tile(sampled.weights, plan.places)
+        samples = samples_record(sampled.points, sampled.weights)
         # A chunk's draws: count, instances (filled by the fit), first, base vertex, first instance.
         solid = 0 if reaches_into(scene.geometry.solid_boxes, light, FARTHEST_CORNER * near) else scene.solid_count
         ends = 3 * np.array([0, solid, scene.opaque_count, scene.triangle_count])
         arguments = np.zeros((DRAWS, DRAW_BYTES // 4), np.uint32)
         arguments[0, 0] = 6
         arguments[1:, 0], arguments[1:, 2] = np.diff(ends), ends[:-1]
-        return pack(uniforms) + samples.tobytes() + np.tile(arguments, (plan.chunks, 1)).tobytes()
+        records = pack(light_record(light, sampled.layer)) + pack(settings) + pack(samples)
+        return records + np.tile(arguments, (plan.chunks, 1)).tobytes()
 
     def encode_receivers(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, index: int) -> None:
         """Let light `index` take its turn: boxes around what the G-buffer sees and something can shadow."""

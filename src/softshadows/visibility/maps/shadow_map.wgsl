@@ -1,9 +1,11 @@
 // "Is light sample s visible from p?", answered by shadow maps: bind group 2 of every pass that looks into them.
 
-//#include "light_samples.wgsl"
+//#include "lights/light_samples.wgsl"
+//#include "light_space.wgsl"
 
 @group(2) @binding(2) var<storage, read> shadow_views: array<ShadowView>;    // FACES per sample
 @group(2) @binding(3) var shadow_atlas: texture_depth_2d;                    // closeness, 0 = nothing
+@group(2) @binding(5) var<uniform> maps: ShadowMaps;
 
 // The view of the light's only sample that holds an atlas texel, as (origin, end); empty outside all of them.
 fn view_around(texel: vec2u) -> vec4u {
@@ -30,7 +32,7 @@ struct Sight {
 // Does the view's window hold the point, given in face coordinates?
 fn is_covered(view_index: u32, point: vec3f) -> bool {
     let view = shadow_views[view_index];
-    let texel = (window_position(light, point) - view.window_low) * view.texels_per_unit;
+    let texel = (window_position(point) - view.window_low) * view.texels_per_unit;
     let is_before = light.is_directional == 1u || point.z > 0.0;
     return is_before && all(texel >= vec2f(0.0)) && all(texel < vec2f(view.size));
 }
@@ -38,7 +40,7 @@ fn is_covered(view_index: u32, point: vec3f) -> bool {
 // The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the
 // receiver's own point, or one beside it that a filter wants to know about.
 fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> Sight {
-    let sample_ls = vec3f(light_samples[sample_index].xy, 0.0);
+    let sample_ls = vec3f(light_samples.points[sample_index].xy, 0.0);
     let along = through - sample_ls;
     let from_sample = receiver.point - sample_ls;
     var sight: Sight;
@@ -53,13 +55,13 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
     var point = face_coordinates(FRONT, along);
     sight.covered = is_covered(sample_index * FACES + FRONT, point);
     for (var is_beside = !sight.covered; is_beside; is_beside = false) {
-        face = face_of(light, along);
+        face = face_of(along);
         point = face_coordinates(face, along);
         sight.covered = face != FRONT && is_covered(sample_index * FACES + face, point);
     }
     sight.view = sample_index * FACES + face;
-    sight.position = window_position(light, point);
-    sight.closeness = closeness_of(light, point.z);
+    sight.position = window_position(point);
+    sight.closeness = closeness_of(point.z);
     sight.plane_normal = face_coordinates(face, receiver.normal);
     sight.plane_offset = dot(receiver.normal, from_sample);
     return sight;
@@ -71,7 +73,7 @@ var<private> map_reads: u32;
 // Closeness of the first occluder in a texel of the sight's view, 0 where there is none.
 fn stored_closeness(sight: Sight, texel: vec2u) -> f32 {
     map_reads++;
-    return textureLoad(shadow_atlas, shadow_views[sight.view].origin + texel, 0) / light.depth_scale;
+    return textureLoad(shadow_atlas, shadow_views[sight.view].origin + texel, 0) / maps.depth_scale;
 }
 
 // How much farther than the stored occluder the receiver may seem and still be lit, in shadow-map texels at the receiver:
@@ -101,15 +103,15 @@ fn texel_gap(sight: Sight, texel: vec2u) -> TexelGap {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / view.texels_per_unit;
     let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
-    let on_plane = plane_closeness(light, sight.plane_normal, sight.plane_offset, center);
-    let texel_closeness = closeness_of_extent(light, sight.closeness, max(texel_extent.x, texel_extent.y));
-    let slope = closeness_per_texel(light, sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
-    let bias_texels = light.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
+    let on_plane = plane_closeness(sight.plane_normal, sight.plane_offset, center);
+    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
+    let slope = closeness_per_texel(sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
+    let bias_texels = maps.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
     let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
     let stored = stored_closeness(sight, texel);
     let gap = (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
     let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
-    return TexelGap(stored, gap, light.bias_scale * grazing);
+    return TexelGap(stored, gap, maps.bias_scale * grazing);
 }
 
 // Is the receiver's plane lit in this texel? For filters, which ask about many texels around the receiver.
@@ -139,7 +141,7 @@ fn closeness_beside(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
 fn free_closeness(sight: Sight) -> f32 {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
-    let bias = light.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(light, sight.closeness, texel_extent);
+    let bias = maps.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(sight.closeness, texel_extent);
     return sight.closeness + bias + FLOAT_BIAS * sight.closeness;
 }
 

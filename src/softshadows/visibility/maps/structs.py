@@ -1,4 +1,4 @@
-"""What shadow maps share with their shaders: the light, its windows, their draws, receivers, occluders, chunks."""
+"""What shadow maps share with their shaders: their settings, windows, draws, receivers and occluders."""
 
 from __future__ import annotations
 
@@ -8,37 +8,27 @@ FACES = 6
 """Of the cube around a light sample that its windows are cut into."""
 
 
-class ShadowLight(Struct):
-    """A light as the shadow maps see it, and the sizes of its atlas (light_space.wgsl)."""
+class ShadowMaps(Struct):
+    """How the maps of a light's samples see, and how they share the atlas (light_space.wgsl, placing.wgsl).
 
-    center_ws: Vec3f
-    is_one_sided: U32
-    right_ws: Vec3f
-    half_width: F32
-    up_ws: Vec3f
-    half_height: F32
-    back_ws: Vec3f
-    is_directional: U32
-    near: F32
+    A uniform: only the depths and scales in its first row change with the light, and no shader branches on those.
+    """
+
+    near: F32  # metres
     far: F32
-    depth_scale: F32
-    window_scale: F32
+    depth_scale: F32  # stored depth over closeness
+    window_scale: F32  # metres that windows are measured in: 1 where they are in tangents
     bias_scale: F32
     texels_per_pixel: F32
     margin_texels: F32
     search_margin: F32  # half lights around the receivers that look-ups reach
     is_auto: U32
-    is_round: U32
     tile_size: U32
     tiles_per_row: U32
     atlas_size: U32
-    box_count: U32
     occluder_count: U32
-    sample_count: U32
     samples_per_batch: U32
     samples_per_chunk: U32
-    total_weight: F32
-    visibility_offset: U32  # of the light's first pixel in the visibility buffer
 
 
 class ShadowView(Struct):
@@ -77,10 +67,3 @@ class OccluderBox(Struct):
 
     low_ws: Vec3f
     high_ws: Vec3f
-
-
-class Chunk(Struct):
-    """The light samples of one draw."""
-
-    first_sample: U32
-    sample_count: U32

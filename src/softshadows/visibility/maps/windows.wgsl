@@ -49,8 +49,8 @@ fn box_extent(face: u32, limit: f32, low_ls: vec3f, high_ls: vec3f) -> Extent {
 
 // The windows of all faces around the receiver boxes, found by all lanes together.
 fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) {
-    let sample_ls = vec3f(light_samples[sample].xy, 0.0);
-    let beside = light.search_margin * vec3f(light.half_width, light.half_height, 0.0);
+    let sample_ls = vec3f(light_samples.points[sample].xy, 0.0);
+    let beside = maps.search_margin * vec3f(light.half_width, light.half_height, 0.0);
     let face_count = select(FACES, 1u, light.is_directional == 1u);
     var lows: array<vec2f, WINDOWS>;
     var highs: array<vec2f, WINDOWS>;
@@ -59,7 +59,7 @@ fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) {
         lows[i] = EMPTY_LOW;
         highs[i] = EMPTY_HIGH;
     }
-    for (var i = lane; i < light.box_count; i += LANES) {
+    for (var i = lane; i < arrayLength(&receiver_boxes); i += LANES) {
         let box = receiver_boxes[i];
         if box.count == 0.0 || !is_receiver(i, sample) {
             continue;

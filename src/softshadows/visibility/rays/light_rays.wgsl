@@ -2,7 +2,7 @@
 // They start and end as the truth's do (truth/tracer.py, OFFSET).
 
 //#include "visibility/query.wgsl"
-//#include "visibility/maps/light_samples.wgsl"
+//#include "lights/light_samples.wgsl"
 //#include "occluded.wgsl"
 
 const OFFSET = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate: a start that no triangle blocks by rounding

@@ -1,11 +1,12 @@
 // A light and the points on it that stand for it: bindings 0, 1 and 4 of bind group 2.
 
-//#include "light_space.wgsl"
+//#include "light.wgsl"
+//#struct LightSamples
 //#struct Chunk
 
-@group(2) @binding(0) var<storage, read> light: ShadowLight;
-@group(2) @binding(1) var<storage, read> light_samples: array<vec4f>;        // x, y in light space, weight, 0
-@group(2) @binding(4) var<uniform> chunk: Chunk;                             // those of one dispatch, whose maps the atlas holds
+@group(2) @binding(0) var<storage, read> light: Light;
+@group(2) @binding(1) var<storage, read> light_samples: LightSamples;
+@group(2) @binding(4) var<uniform> chunk: Chunk;                       // those of one dispatch, whose maps the atlas holds
 
 // A receiver's point and geometric normal in light space.
 struct LightReceiver {
