@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import cache, partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,8 @@ import softshadows as ss
 import stage
 from softshadows.gpu import layout
 from softshadows.gpu.device import acquire
-from softshadows.techniques.pcf import pcf
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import taps, upload_taps
-from softshadows.techniques.uniform import uniform
 from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra, mip_level
 from softshadows.visibility.maps.structs import ShadowView
 
@@ -29,7 +26,7 @@ BOX = stage.box((-0.6, 0.0, -0.5), (0.3, 1.1, 0.4))
 make = partial(VariablePenumbra, resolution=RESOLUTION)
 
 
-def build_with_margin(monkeypatch: pytest.MonkeyPatch, cls: type, margin: int, shader: Path, **options: Any) -> None:
+def build_with_margin(monkeypatch: pytest.MonkeyPatch, cls: type, margin: int, shader: str, **options: Any) -> None:
     """Give a technique the margin of another, so that both have the same map."""
     monkeypatch.setattr(
         cls,
@@ -49,7 +46,7 @@ def build_with_margin(monkeypatch: pytest.MonkeyPatch, cls: type, margin: int, s
 
 def hard_frame(scene: ss.Scene, technique: VariablePenumbra, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
     """The hard shadow in the map that `technique` has."""
-    shader = Path(uniform.__file__).with_name("uniform.wgsl")
+    shader = "techniques/uniform/uniform.wgsl"
     with monkeypatch.context() as patch:
         build_with_margin(patch, ss.techniques.Hard, margin_of(technique), shader)
         return stage.render(scene, ss.techniques.Hard(resolution=RESOLUTION), SIZE)
@@ -57,7 +54,7 @@ def hard_frame(scene: ss.Scene, technique: VariablePenumbra, monkeypatch: pytest
 
 def pcf_frame(scene: ss.Scene, kernel: int, pattern: str, margin: int, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
     """Plain PCF, everywhere, in a map with that margin."""
-    shader = Path(pcf.__file__).with_name("pcf.wgsl")
+    shader = "techniques/pcf/pcf.wgsl"
     with monkeypatch.context() as patch:
         build_with_margin(
             patch,
@@ -65,7 +62,7 @@ def pcf_frame(scene: ss.Scene, kernel: int, pattern: str, margin: int, monkeypat
             margin,
             shader,
             constants={"tap_count": kernel**2, "half_kernel_texels": kernel / 2},
-            extra_buffers=lambda context: [upload_taps(context.gpu, taps(pattern, kernel**2))],
+            resources=lambda context: {"taps": upload_taps(context.gpu, taps(pattern, kernel**2))},
         )
         return stage.render(scene, ss.techniques.Pcf(resolution=RESOLUTION), SIZE)
 

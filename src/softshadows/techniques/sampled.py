@@ -7,13 +7,12 @@ chunk of samples; this pass fits and draws the maps and runs that shader, chunk 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.compose import compose, shader_module
+from softshadows.gpu.program import Bindings, Program, Resource
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
@@ -41,13 +40,13 @@ class SampledPass(TechniquePass):
     def __init__(
         self,
         context: RenderContext,
-        shader: Path,
+        shader: str,
         *,
         samples_of: Callable[[Light, int], Samples],
         resolution: int | str,
         lookups: Callable[[int], float],
         constants: Mapping[str, float] | None = None,
-        extra_buffers: Sequence[wgpu.GPUBuffer] = (),
+        resources: Mapping[str, Resource] | None = None,
         bias_scale: float = 1.0,
         takes_center_only: bool = False,
         margin_texels: int = 1,
@@ -64,21 +63,14 @@ class SampledPass(TechniquePass):
         self._search_margin, self._keeps_maps = search_margin, keeps_maps
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
-        device, compute = context.gpu.device, wgpu.ShaderStage.COMPUTE
-        self._module = shader_module(device, compose(shader, stand_ins), shader.name)
+        self._shader, self._stand_ins = shader, stand_ins
         self._constants = dict(constants or {})
-        # Look-ups need no scene, whose six storage buffers would exceed WebGPU's default limit of eight in a stage. Its
-        # place, bind group 1, is for what a technique has beside.
-        self._beside_layout = device.create_bind_group_layout(entries=[])
-        self._beside = device.create_bind_group(layout=self._beside_layout, entries=[])
-        buffers = [context.visibility, *extra_buffers]
-        self._extra_bytes = sum(buffer.size for buffer in extra_buffers)
-        layouts = [{"binding": i, "visibility": compute, "buffer": {"type": "storage"}} for i in range(len(buffers))]
-        self._target_layout = device.create_bind_group_layout(entries=layouts)
-        entries = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
-        self._target = device.create_bind_group(layout=self._target_layout, entries=entries)
+        self._resources = {**context.gbuffer.resources, "visibility": context.visibility, **(resources or {})}
+        own = (resources or {}).values()
+        self._extra_bytes = sum(resource.size for resource in own if isinstance(resource, wgpu.GPUBuffer))
         self._written: tuple[tuple[Light, ...], Geometry, int] | None = None  # what the atlases' lights were made from
-        self._pipelines: dict[str, wgpu.GPUComputePipeline] = {}  # by entry
+        self._programs: dict[str, Program] = {}  # by entry
+        self._bindings: dict[tuple[str, ShadowAtlas, int], Bindings] = {}  # by entry, atlas and chunk
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         written = (tuple(lights), self._context.scene.geometry, self.refinements)
@@ -147,23 +139,20 @@ class SampledPass(TechniquePass):
         self, commands: Commands, atlas: ShadowAtlas, chunk: int, entry: str, label: str, groups: tuple[int, int]
     ) -> None:
         """Run an entry of the technique's shader, with the bind groups that all of them share."""
-        context = self._context
+        if entry not in self._programs:
+            gpu, constants = self._context.gpu, self._constants
+            self._programs[entry] = Program(
+                gpu, self._shader, entry, self._resources, constants=constants, stand_ins=self._stand_ins
+            )
+        program = self._programs[entry]
+        if (entry, atlas, chunk) not in self._bindings:
+            self._bindings[entry, atlas, chunk] = program.bind(**self._looked_up(atlas), chunk=atlas.chunk(chunk))
         with commands.compute(label) as compute:
-            compute.set_pipeline(self._lookup_pipeline(atlas, entry))
-            compute.set_bind_group(0, context.gbuffer.receiver_bindings)
-            compute.set_bind_group(1, self._beside)
-            compute.set_bind_group(2, atlas.lookup_bindings, [atlas.chunk_offset(chunk)])
-            compute.set_bind_group(3, self._target)
-            compute.dispatch_workgroups(*groups)
+            program.dispatch(compute, groups, self._bindings[entry, atlas, chunk])
 
-    def _lookup_pipeline(self, atlas: ShadowAtlas, entry: str) -> wgpu.GPUComputePipeline:
-        if entry not in self._pipelines:
-            context = self._context
-            layouts = [context.gbuffer.receiver_layout, self._beside_layout, atlas.lookup_layout, self._target_layout]
-            compute = {"module": self._module, "entry_point": entry, "constants": self._constants}
-            layout = context.gpu.device.create_pipeline_layout(bind_group_layouts=layouts)
-            self._pipelines[entry] = context.gpu.device.create_compute_pipeline(layout=layout, compute=compute)
-        return self._pipelines[entry]
+    def _looked_up(self, atlas: ShadowAtlas) -> Mapping[str, Resource]:
+        """What the shader looks up."""
+        return atlas.resources
 
     def _chunk_ms(self, atlas: ShadowAtlas) -> float:
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size

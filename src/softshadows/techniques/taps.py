@@ -31,9 +31,8 @@ def sequence(count: int) -> npt.NDArray[np.float32]:
 def upload_taps(gpu: Gpu, *patterns: npt.NDArray[np.float32]) -> wgpu.GPUBuffer:
     """One array<vec2f> with the patterns behind one another."""
     data = np.concatenate(patterns).astype(np.float32)
-    usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
-    buffer = gpu.device.create_buffer(size=data.nbytes, usage=usage)
-    gpu.device.queue.write_buffer(buffer, 0, data)
+    buffer = gpu.storage_buffer(data.nbytes, "the taps")
+    gpu.write(buffer, 0, data, what="constant")
     return buffer
 
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.program import Resource
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, Samples
@@ -38,7 +38,7 @@ class TracedPass(SampledPass):
     def __init__(
         self,
         context: RenderContext,
-        shader: Path,
+        shader: str,
         *,
         samples_of: Callable[[Light, int], Samples],
         resolution: int | str,
@@ -58,29 +58,18 @@ class TracedPass(SampledPass):
             samples_of=samples_of,
             resolution=resolution,
             lookups=float,
-            extra_buffers=[self._report],
+            resources={"report": self._report, **self._tree.resources},
             bias_scale=bias_scale,
             memory_budget=memory_budget,
             keeps_maps=uses_maps,
             stand_ins={**known, **self._tree.stand_ins},
         )
-        self._beside_layout, self._beside = self._bind_tree()
         self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise) if noise else None
-        self._extra_bytes += self._tree.bytes + (self._denoise.bytes if self._denoise is not None else 0)
+        self._extra_bytes = self._report.size + self._tree.bytes
+        self._extra_bytes += self._denoise.bytes if self._denoise is not None else 0
 
-    def _bind_tree(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
-        layouts, entries, device = [], [], self._context.gpu.device
-        for binding, resource in self._tree.numbered.items():
-            entry: dict = {"binding": binding, "visibility": wgpu.ShaderStage.COMPUTE}
-            if isinstance(resource, wgpu.GPUBuffer):
-                entry["buffer"] = {"type": "uniform" if resource is self._tree.grid else "read-only-storage"}
-                entries.append({"binding": binding, "resource": {"buffer": resource}})
-            else:
-                entry["texture"] = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
-                entries.append({"binding": binding, "resource": resource})
-            layouts.append(entry)
-        layout = device.create_bind_group_layout(entries=layouts)
-        return layout, device.create_bind_group(layout=layout, entries=entries)
+    def _looked_up(self, atlas: ShadowAtlas) -> Mapping[str, Resource]:
+        return atlas.resources if self._uses_maps else atlas.sample_resources
 
     def _plan(self, count: int) -> AtlasPlan:
         context = self._context

@@ -23,13 +23,11 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
 
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import bias_option, resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
-from softshadows.techniques.uniform import uniform
 
 
 class Hard(Technique):
@@ -44,7 +42,7 @@ class Hard(Technique):
     def build(self, context: RenderContext) -> TechniquePass:
         return SampledPass(
             context,
-            Path(uniform.__file__).with_name("uniform.wgsl"),  # the average over a single sample
+            "techniques/uniform/uniform.wgsl",  # the average over a single sample
             samples_of=center_sample,
             takes_center_only=True,
             resolution=self.resolution,

@@ -22,7 +22,6 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
 
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
@@ -47,13 +46,13 @@ class Pcf(Technique):
         count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0
         return SampledPass(
             context,
-            Path(__file__).with_name("pcf.wgsl"),
+            "techniques/pcf/pcf.wgsl",
             samples_of=center_sample,
             takes_center_only=True,
             resolution=self.resolution,
             lookups=lambda _: float(count),
             constants={"tap_count": count, "half_kernel_texels": half_kernel},
-            extra_buffers=[upload_taps(context.gpu, taps(self.pattern, count))],
+            resources={"taps": upload_taps(context.gpu, taps(self.pattern, count))},
             bias_scale=self.bias_scale,
             margin_texels=int(half_kernel) + 2,
         )

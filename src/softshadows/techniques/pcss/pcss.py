@@ -29,10 +29,7 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
-
-import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
@@ -78,16 +75,15 @@ class Pcss(Technique):
 class _PcssPass(SampledPass):
     def __init__(self, context: RenderContext, technique: Pcss) -> None:
         patterns = [sequence(technique.blocker_samples), taps(technique.pattern, technique.filter_samples)]
-        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
-        self._nearest = context.gpu.device.create_buffer(size=16, usage=usage)
+        self._nearest = context.gpu.storage_buffer(16, "the nearest occluder")
         super().__init__(
             context,
-            Path(__file__).with_name("pcss.wgsl"),
+            "techniques/pcss/pcss.wgsl",
             samples_of=center_sample,
             resolution=technique.resolution,
             lookups=lambda _: float(technique.blocker_samples + technique.filter_samples),
             constants={"blocker_taps": technique.blocker_samples, "filter_taps": technique.filter_samples},
-            extra_buffers=[upload_taps(context.gpu, *patterns), self._nearest],
+            resources={"taps": upload_taps(context.gpu, *patterns), "nearest_bits": self._nearest},
             bias_scale=technique.bias_scale,
             search_margin=SEARCH_MARGIN,
         )

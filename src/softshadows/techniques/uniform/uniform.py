@@ -34,7 +34,6 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -125,7 +124,7 @@ class Uniform(Technique):
         if self.visibility != "map":
             return TracedPass(
                 context,
-                Path(__file__).with_name("trace.wgsl"),
+                "techniques/uniform/trace.wgsl",
                 samples_of=samples_of,
                 resolution=self.resolution,
                 bias_scale=self.bias_scale,
@@ -136,7 +135,7 @@ class Uniform(Technique):
             )
         return SampledPass(
             context,
-            Path(__file__).with_name("uniform.wgsl"),
+            "techniques/uniform/uniform.wgsl",
             samples_of=samples_of,
             resolution=self.resolution,
             lookups=float,

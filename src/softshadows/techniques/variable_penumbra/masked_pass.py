@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.program import Resource
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.techniques.sampled import SampledPass, center_sample
@@ -28,7 +28,7 @@ class MaskedPass(SampledPass):
     def __init__(
         self,
         context: RenderContext,
-        shader: Path,
+        shader: str,
         *,
         resolution: int | str,
         largest_lookups: int,
@@ -41,10 +41,10 @@ class MaskedPass(SampledPass):
         margin_texels: int,
         search_margin: float,
     ) -> None:
-        gpu, usage = context.gpu, wgpu.BufferUsage
+        gpu = context.gpu
         self._mask_reads, self._layers = mask_reads, layers
         self._mask = gpu.storage_buffer(mask_bytes, "the mask of a shadow map")
-        self._span = gpu.device.create_buffer(size=SPAN_BYTES, usage=usage.STORAGE | usage.COPY_DST)
+        self._span = gpu.storage_buffer(SPAN_BYTES, "the span of a shadow map")
         self._counters = gpu.storage_buffer(8 * COUNTERS, "the counters of reads")
         super().__init__(
             context,
@@ -53,28 +53,26 @@ class MaskedPass(SampledPass):
             resolution=resolution,
             lookups=lambda _: float(largest_lookups),
             constants={**constants, "layers": layers},
-            extra_buffers=[taps, self._mask, self._span, self._counters],
+            resources={"taps": taps, "mask": self._mask, "span": self._span, "counters": self._counters},
             takes_center_only=takes_center_only,
             margin_texels=margin_texels,
             search_margin=search_margin,
         )
-        depth = {"binding": 0, "visibility": wgpu.ShaderStage.COMPUTE, "texture": {"sample_type": "depth"}}
-        self._beside_layout = gpu.device.create_bind_group_layout(entries=[depth])
 
     def _new_atlas(self, count: int) -> ShadowAtlas:
-        """An atlas, with its last layer in bind group 1; with one layer the atlas itself stands there, unread."""
+        """An atlas, with its last layer; with one layer the atlas itself stands there, unread."""
         atlas, gpu = super()._new_atlas(count), self._context.gpu
         self._last_layer = LastLayer(gpu, atlas) if self._layers == 2 else None
         self._extra_bytes += self._last_layer.bytes if self._last_layer else 0
-        view = self._last_layer.view if self._last_layer else atlas.depth_view
-        entries = [{"binding": 0, "resource": view}]
-        self._beside = gpu.device.create_bind_group(layout=self._beside_layout, entries=entries)
         return atlas
+
+    def _looked_up(self, atlas: ShadowAtlas) -> Mapping[str, Resource]:
+        return {**atlas.resources, "last_layer": self._last_layer.view if self._last_layer else atlas.depth_view}
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         super().set_lights(lights)
         solid = np.array([self._context.scene.solid_count], np.uint32)
-        self._context.gpu.device.queue.write_buffer(self._span, SPAN_FOUND_BYTES, solid)
+        self._context.gpu.write(self._span, SPAN_FOUND_BYTES, solid, what="scene")
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._counters)

@@ -53,7 +53,6 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
 
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
@@ -142,7 +141,7 @@ class VariablePenumbra(Technique):
             constants |= {f"{band}_kernel": kernel, f"{band}_edge": edge, f"{band}_level": level}
         return MaskedPass(
             context,
-            Path(__file__).with_name("bands.wgsl"),
+            "techniques/variable_penumbra/bands.wgsl",
             resolution=self.resolution,
             largest_lookups=max(kernels) ** 2,
             constants=constants | self._edge_constants,
@@ -159,7 +158,7 @@ class VariablePenumbra(Technique):
         count = self.red_kernel**2
         return MaskedPass(
             context,
-            Path(__file__).with_name("from_light.wgsl"),
+            "techniques/variable_penumbra/from_light.wgsl",
             resolution=self.resolution,
             largest_lookups=count,
             constants={"tap_count": count} | self._edge_constants,

@@ -24,10 +24,7 @@ Cost
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import ClassVar
-
-import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
@@ -61,11 +58,10 @@ class _VsmPass(SampledPass):
         gpu, size = context.gpu, context.gbuffer.size
         plan = plan_atlas(gpu, context.scene, size, 1, technique.resolution, DEFAULT_MEMORY_BUDGET)
         bytes = 8 * plan.atlas_size**2
-        gpu.check_buffer(bytes, "the moments of a variance shadow map")
-        filters = [gpu.device.create_buffer(size=bytes, usage=wgpu.BufferUsage.STORAGE) for _ in range(2)]
+        rows, moments = (gpu.storage_buffer(bytes, "the moments of a variance shadow map") for _ in range(2))
         super().__init__(
             context,
-            Path(__file__).with_name("vsm.wgsl"),
+            "techniques/vsm/vsm.wgsl",
             samples_of=center_sample,
             takes_center_only=True,
             resolution=technique.resolution,
@@ -75,7 +71,7 @@ class _VsmPass(SampledPass):
                 "light_bleed_reduction": technique.light_bleed_reduction,
                 "min_variance": MIN_VARIANCE,
             },
-            extra_buffers=filters,
+            resources={"row_moments": rows, "moments": moments},
             margin_texels=technique.kernel // 2 + 2,
         )
 

@@ -31,7 +31,6 @@ drawn in this frame.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 
 import numpy as np
 import wgpu
@@ -39,8 +38,8 @@ import wgpu
 from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.kernel import Kernel, Resource
-from softshadows.gpu.layout import F32, U32, Struct, Vec2f, dtype, pack
+from softshadows.gpu.layout import F32, U32, Struct, Vec2f, dtype
+from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import Light
@@ -48,7 +47,6 @@ from softshadows.visibility.maps.plan import AtlasPlan, tile_size
 from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
 from softshadows.visibility.maps.structs import FACES
 
-_HERE = Path(__file__).parent
 COLUMNS = 2
 """The most in which a tile's faces lie side by side (fit.wgsl)."""
 TEXELS_PER_PIXEL = 4.0
@@ -153,34 +151,26 @@ class LineMaps:
         self.state = gpu.storage_buffer(dtype(LineState).itemsize, "the state of the maps")
         self.requests = gpu.storage_buffer(4 * plan.chunks, "the requested samples")
         self.bytes = atlas.bytes + self._windows.size + self.state.size + self.requests.size
-        boxed = {0: atlas.light, 1: atlas.samples, 2: atlas.boxes, 3: atlas.views, 6: atlas.drawn, 7: atlas.settings}
-        fitted = {0: self._windows, 1: self.state, 4: scene.occluder_boxes}
-        self._fit = Kernel(gpu, _HERE / "fit.wgsl", "cs_fit", {0: boxed, 1: fitted})
-        listed = {
-            0: atlas.light,
-            1: atlas.samples,
-            3: atlas.views,
-            4: atlas.draw_views,
-            5: atlas.arguments,
-            6: atlas.drawn,
-            7: atlas.settings,
+        resources: dict[str, Resource] = {
+            **atlas.fit_resources,
+            "line_windows": self._windows,
+            "state": self.state,
+            "requests": self.requests,
+            "occluder_boxes": scene.occluder_boxes,
         }
-        self._place = Kernel(gpu, _HERE / "fit.wgsl", "cs_place", {0: listed})
-        self._stages = [
-            {
-                1: self._place.bind(
-                    1, {0: self._windows, 1: self.state, 2: self.requests, 3: self._uniform(Stage(number=stage))}
-                )
-            }
-            for stage in range(plan.chunks)
-        ]
-
-    def _uniform(self, value: Struct) -> wgpu.GPUBuffer:
-        return self._gpu.device.create_buffer_with_data(data=pack(value), usage=wgpu.BufferUsage.UNIFORM)
+        self._fit, self._place = (
+            Program(gpu, "visibility/line_maps/fit.wgsl", entry, resources) for entry in ("cs_fit", "cs_place")
+        )
+        self._stages = [self._place.bind(stage=gpu.uniform(Stage(number=stage))) for stage in range(plan.chunks)]
 
     @property
-    def lookup_resources(self) -> Mapping[int, Resource]:
-        """Bind group 2 of kernels that include line_map.wgsl. Give those in use."""
+    def resources(self) -> dict[str, Resource]:
+        """What line_map.wgsl declares."""
+        return self.atlas.resources
+
+    @property
+    def lookup_resources(self) -> Mapping[int, wgpu.GPUBuffer | wgpu.GPUTextureView]:
+        """The same by the numbers of their bindings, for kernels."""
         atlas = self.atlas
         return {0: atlas.light, 1: atlas.samples, 2: atlas.views, 3: atlas.depth_view, 5: atlas.settings}
 
@@ -192,7 +182,7 @@ class LineMaps:
         )
         words = np.zeros(self.plan.chunks, np.uint32)
         words[0] = (1 << samples) - 1 if first_stage is None else first_stage
-        self._gpu.device.queue.write_buffer(self.requests, 0, words)
+        self._gpu.write(self.requests, 0, words, what="constant")
 
     def encode_receivers(self, commands: Commands, index: int) -> None:
         """Let light `index` take its turn: boxes around what the camera sees and something can shadow."""
@@ -201,13 +191,11 @@ class LineMaps:
     def encode_fit(self, commands: Commands) -> None:
         """Fit the windows to the receivers, or find that those of the last frame still serve."""
         with commands.compute("fit") as compute:
-            self._fit.begin(compute)
-            compute.dispatch_workgroups(1)
+            self._fit.dispatch(compute, (1,))
 
     def encode_maps(self, commands: Commands, stage: int = 0, *, at_most: int | None = None) -> None:
         """Draw the maps that the stage requests, `at_most` so many, where the atlas does not hold them."""
         with commands.compute("fit") as compute:
-            self._place.begin(compute, self._stages[stage])
-            compute.dispatch_workgroups(1)
+            self._place.dispatch(compute, (1,), self._stages[stage])
         self.atlas.encode_draw(commands.encoder, commands.timer, stage, clears_atlas=False, clears_views=True)
         commands.account((at_most or self.plan.samples) * self._triangle_ms)

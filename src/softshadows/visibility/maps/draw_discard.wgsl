@@ -1,9 +1,6 @@
 // As draw.wgsl, for adapters without clip distances: fragments outside their view are discarded.
 
 //#include "occluder.wgsl"
-//#struct ShadowMaps
-
-@group(0) @binding(1) var<uniform> maps: ShadowMaps;
 
 struct Occluder {
     @builtin(position) position_cs: vec4f,

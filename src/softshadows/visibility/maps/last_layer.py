@@ -19,13 +19,9 @@ class LastLayer:
         assert atlas.plan.chunks == 1, "every chunk would need its own turn"
         size = atlas.plan.atlas_size
         self.bytes = 4 * size * size
-        texture = gpu.device.create_texture(
-            size=(size, size, 1),
-            format="depth32float",
-            usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
-        )
-        self.view = texture.create_view()
-        self._draws = atlas.record_draws(0, atlas.draw_pipelines("less"), clears_views=False)
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
+        self.view = gpu.texture((size, size), "depth32float", usage, "the last layer").create_view()
+        self._draws = atlas.record_draws(0, atlas.draw_programs("less"), clears_views=False)
 
     def encode(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
         """After the atlas's own draw, which has found the views."""

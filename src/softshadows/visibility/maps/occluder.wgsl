@@ -1,9 +1,11 @@
 // Where a vertex falls in a view of the shadow atlas: what both ways of drawing the occluders share.
 
 //#include "gpu/texture.wgsl"
+//#struct ShadowMaps
 //#include "lights/light.wgsl"
 
 @group(0) @binding(0) var<storage, read> light: Light;
+@group(0) @binding(1) var<uniform> maps: ShadowMaps;
 
 // The view that an instance stands for (DrawView in shadow_atlas.py): a vertex buffer that steps per instance.
 struct View {

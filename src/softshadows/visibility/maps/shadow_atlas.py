@@ -16,14 +16,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 import wgpu
 
-from softshadows.gpu.compose import compose, shader_module
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
+from softshadows.gpu.program import DrawProgram, Program, Resource, Slice
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
 from softshadows.lights.record import Chunk, LightSamples, light_record, samples_record
@@ -41,8 +40,6 @@ from softshadows.visibility.maps.structs import (
     ShadowView,
 )
 
-_HERE = Path(__file__).parent
-_STAGES = wgpu.ShaderStage
 _USAGE = wgpu.BufferUsage
 DRAWS = 4  # per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones
 DRAW_BYTES = 20  # of an indirect draw's arguments
@@ -68,9 +65,8 @@ class ShadowAtlas:
     With `keeps_maps`, and where all of them fit the atlas, a map is drawn again only when the light or the scene has
     changed, or the camera sees receivers that it does not hold.
 
-    `light`, `settings`, `samples`, `boxes`, `views`, `draw_views`, `arguments`, `drawn` and `depth_view` are for
-    techniques with fits and look-ups of their own. `lookup_layout` and `lookup_bindings` are bind group 2 of passes
-    that include shadow_map.wgsl; its binding 4 is the chunk, at the dynamic offset `chunk_offset(chunk)`.
+    `sample_resources`, `resources` and `fit_resources` are for programs that include light_samples.wgsl,
+    shadow_map.wgsl and placing.wgsl, of which each declares them all; `chunk(number)` is what the first two call so.
     """
 
     def __init__(
@@ -92,97 +88,74 @@ class ShadowAtlas:
         self.keeps_maps = keeps_maps and plan.holds_all
         self._kept_for: tuple[Light, bytes, Geometry] | None = None  # light, its samples, scene
         self._groups = (-(-gbuffer.size[0] // BOX_EDGE), -(-gbuffer.size[1] // BOX_EDGE))
-        device = gpu.device
-        gpu.check_texture(plan.atlas_size, plan.atlas_size, "the shadow atlas")
         self.bytes = plan.bytes
         self._staging: wgpu.GPUBuffer | None = None
 
-        def buffer(size: int, usage: int) -> wgpu.GPUBuffer:
-            gpu.check_buffer(size, "a shadow buffer")
+        def buffer(size: int, usage: int = 0) -> wgpu.GPUBuffer:
             self.bytes += size
-            return device.create_buffer(size=size, usage=usage)
+            return gpu.buffer(size, _USAGE.STORAGE | usage, "a shadow buffer")
 
-        storage, write = _USAGE.STORAGE, _USAGE.COPY_DST
-        self.light = buffer(dtype(LightRecord).itemsize, storage | write | _USAGE.COPY_SRC)
-        self.settings = buffer(dtype(ShadowMaps).itemsize, _USAGE.UNIFORM | write)
-        self.samples = buffer(dtype(LightSamples).itemsize + 16 * plan.places * plan.samples, storage | write)
-        self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, storage | _USAGE.INDIRECT | write)
-        self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, storage | _USAGE.COPY_SRC)
-        self.boxes = boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1], storage)
-        self.draw_views = buffer(
-            FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize,
-            storage | _USAGE.VERTEX | _USAGE.COPY_SRC,
-        )
-        self.drawn = buffer(4 * -(-plan.samples // 32), storage | write)
-        self._chunks = buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM | write)
-        self.depth = device.create_texture(
-            size=(plan.atlas_size, plan.atlas_size, 1),
-            format="depth32float",
-            usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING,
-        )
+        self.light = buffer(dtype(LightRecord).itemsize)
+        self.settings = buffer(dtype(ShadowMaps).itemsize, _USAGE.UNIFORM)
+        self.samples = buffer(dtype(LightSamples).itemsize + 16 * plan.places * plan.samples)
+        self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, _USAGE.INDIRECT)
+        self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples)
+        self.boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1])
+        draw_views = FACES * plan.samples_per_chunk * plan.chunks
+        self.draw_views = buffer(draw_views * dtype(DrawView).itemsize, _USAGE.VERTEX)
+        self.drawn = buffer(4 * -(-plan.samples // 32))
+        self._chunks = gpu.buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM, "the chunks")
+        self.bytes += self._chunks.size
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
+        self.depth = gpu.texture((plan.atlas_size, plan.atlas_size), "depth32float", usage, "the shadow atlas")
         self.depth_view = self.depth.create_view()
         self._write_chunks()
 
-        uniform, read, readwrite = {"type": "uniform"}, {"type": "read-only-storage"}, {"type": "storage"}
-
-        def bind(
-            resources: Sequence[tuple[object, dict]], visibility: int
-        ) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
-            layouts, entries = [], []
-            for binding, (resource, kind) in enumerate(resources):
-                if isinstance(resource, wgpu.GPUBuffer):
-                    size = dtype(Chunk).itemsize if kind.get("has_dynamic_offset") else resource.size
-                    layouts.append({"binding": binding, "visibility": visibility, "buffer": kind})
-                    entries.append({"binding": binding, "resource": {"buffer": resource, "offset": 0, "size": size}})
-                else:
-                    layouts.append({"binding": binding, "visibility": visibility, "texture": kind})
-                    entries.append({"binding": binding, "resource": resource})
-            layout = device.create_bind_group_layout(entries=layouts)
-            return layout, device.create_bind_group(layout=layout, entries=entries)
-
-        compute = _STAGES.COMPUTE
-        light, samples, views = (self.light, read), (self.samples, read), (self.views, read)
-        settings = (self.settings, uniform)
-        receivers_resources = [light, (boxes, readwrite), (scene.occluder_boxes, read), settings]
-        receivers_layout, self._receivers_bindings = bind(receivers_resources, compute)
-        fit_resources = [
-            light,
-            samples,
-            (boxes, read),
-            (self.views, readwrite),
-            (self.draw_views, readwrite),
-            (self.arguments, readwrite),
-            (self.drawn, readwrite),
-            settings,
-        ]
-        fit_layout, self._fit_bindings = bind(fit_resources, compute)
-        chunk = (self._chunks, {**uniform, "has_dynamic_offset": True})
-        self._draw_layout, self._draw_bindings = bind([light, settings], _STAGES.VERTEX | _STAGES.FRAGMENT)
-        atlas = (self.depth_view, {"sample_type": "depth"})
-        self.lookup_layout, self.lookup_bindings = bind([light, samples, views, atlas, chunk, settings], compute)
-
-        def compute_pipeline(file: str, entry: str, layouts: list) -> wgpu.GPUComputePipeline:
-            module = shader_module(device, compose(_HERE / file), file)
-            layout = device.create_pipeline_layout(bind_group_layouts=layouts)
-            return device.create_compute_pipeline(layout=layout, compute={"module": module, "entry_point": entry})
-
-        self._bound_receivers = compute_pipeline(
-            "receivers.wgsl",
-            "cs_bound_receivers",
-            [gbuffer.receiver_layout, scene.layout, receivers_layout],
-        )
-        self._fit = compute_pipeline("fit.wgsl", "cs_fit_views", [fit_layout])
-        self._pipelines = self.draw_pipelines("greater")
+        found: dict[str, Resource] = {
+            **gbuffer.resources,
+            "light": self.light,
+            "maps": self.settings,
+            "receiver_boxes": self.boxes,
+            "occluder_boxes": scene.occluder_boxes,
+        }
+        self._bound_receivers = Program(gpu, "visibility/maps/receivers.wgsl", "cs_bound_receivers", found)
+        self._fit = Program(gpu, "visibility/maps/fit.wgsl", "cs_fit_views", self.fit_resources)
+        self._programs = self.draw_programs("greater")
         self._draws: dict[tuple[int, bool], wgpu.GPURenderBundle] = {}  # by chunk, with or without clearing its views
         attachment = {"view": self.depth_view, "depth_store_op": "store", "depth_clear_value": 0.0}
         self._loaded, self._cleared = ({**attachment, "depth_load_op": op} for op in ("load", "clear"))
 
-    def draw_pipelines(self, keeps: str) -> list[wgpu.GPURenderPipeline]:
-        """The pipelines of a chunk's draws, of which a texel keeps the "greater" or the "less" closeness."""
+    @property
+    def sample_resources(self) -> dict[str, Resource]:
+        """The light whose turn it is, and its samples."""
+        return {"light": self.light, "light_samples": self.samples}
+
+    @property
+    def resources(self) -> dict[str, Resource]:
+        """Its samples and their maps."""
+        views: dict[str, Resource] = {"shadow_views": self.views, "shadow_atlas": self.depth_view}
+        return {**self.sample_resources, "maps": self.settings, **views}
+
+    @property
+    def fit_resources(self) -> dict[str, Resource]:
+        """What the maps' windows are found from, and where they are noted."""
+        return {
+            **self.sample_resources,
+            "maps": self.settings,
+            "receiver_boxes": self.boxes,
+            "shadow_views": self.views,
+            "draw_views": self.draw_views,
+            "draw_counters": self.arguments,
+            "drawn_samples": self.drawn,
+        }
+
+    def chunk(self, number: int) -> Slice:
+        """The samples of one draw."""
+        return Slice(self._chunks, UNIFORM_ALIGNMENT * number, dtype(Chunk).itemsize)
+
+    def draw_programs(self, keeps: str) -> list[DrawProgram]:
+        """The programs of a chunk's draws, of which a texel keeps the "greater" or the "less" closeness."""
         clips = "clip-distances" in self._gpu.features
-        device = self._gpu.device
-        name = "draw.wgsl" if clips else "draw_discard.wgsl"
-        module = shader_module(device, compose(_HERE / name), name)
         position = {"format": "float32x3", "offset": 0, "shader_location": 0}
         positions = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}
         rows = [
@@ -191,23 +164,27 @@ class ShadowAtlas:
         ]
         views = {"array_stride": dtype(DrawView).itemsize, "step_mode": "instance", "attributes": rows}
 
-        def pipeline(
-            kind: str, buffers: list, fragment: str | None, cull: str, compare: str = keeps
-        ) -> wgpu.GPURenderPipeline:
-            return device.create_render_pipeline(
-                layout=device.create_pipeline_layout(bind_group_layouts=[self._draw_layout, self._scene.layout]),
-                vertex={"module": module, "entry_point": f"vs_{kind}", "buffers": buffers},
-                primitive={"topology": "triangle-list", "front_face": "cw", "cull_mode": cull},
-                depth_stencil={"format": "depth32float", "depth_write_enabled": True, "depth_compare": compare},
-                fragment=None if fragment is None else {"module": module, "entry_point": fragment, "targets": []},
+        def program(kind: str, buffers: list, fragment: str | None, cull: str, compare: str = keeps) -> DrawProgram:
+            depth = {"format": "depth32float", "depth_write_enabled": True, "depth_compare": compare}
+            return DrawProgram(
+                self._gpu,
+                f"visibility/maps/{'draw.wgsl' if clips else 'draw_discard.wgsl'}",
+                f"vs_{kind}",
+                fragment,
+                {**self._scene.resources, "light": self.light, "maps": self.settings},
+                state={
+                    "primitive": {"topology": "triangle-list", "front_face": "cw", "cull_mode": cull},
+                    "depth_stencil": depth,
+                },
+                vertex_buffers=buffers,
             )
 
         opaque_fragment = None if clips else "fs_opaque"
         return [
-            pipeline("clear", [views], None, "none", "always"),
-            pipeline("opaque", [views, positions], opaque_fragment, "back"),
-            pipeline("opaque", [views, positions], opaque_fragment, "none"),
-            pipeline("masked", [views], "fs_masked", "none"),
+            program("clear", [views], None, "none", "always"),
+            program("opaque", [views, positions], opaque_fragment, "back"),
+            program("opaque", [views, positions], opaque_fragment, "none"),
+            program("masked", [views], "fs_masked", "none"),
         ]
 
     def _write_chunks(self) -> None:
@@ -219,17 +196,16 @@ class ShadowAtlas:
             count = min(plan.samples_per_chunk, plan.samples - first)
             data = pack(Chunk(first_sample=first, sample_count=count))
             rows[index, : len(data)] = np.frombuffer(data, np.uint8)
-        self._gpu.device.queue.write_buffer(self._chunks, 0, rows)
+        self._gpu.write(self._chunks, 0, rows, what="constant")
 
     def set_lights(self, lights: Sequence[SampledLight]) -> None:
         """Write this frame's lights; `encode_fit` takes them by their index."""
         self._lights = [(sampled.light, sampled.points.tobytes()) for sampled in lights]
         self._stride = sum(buffer.size for buffer in self._per_light)
         if self._staging is None or self._staging.size < self._stride * len(lights):
-            usage = _USAGE.COPY_SRC | _USAGE.COPY_DST
-            self._staging = self._gpu.device.create_buffer(size=self._stride * len(lights), usage=usage)
+            self._staging = self._gpu.buffer(self._stride * len(lights), 0, "the lights that take turns")
         data = b"".join(self._light_bytes(light) for light in lights)
-        self._gpu.device.queue.write_buffer(self._staging, 0, data)
+        self._gpu.write(self._staging, 0, data, what="light")
 
     @property
     def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
@@ -282,24 +258,14 @@ class ShadowAtlas:
             encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)
             offset += buffer.size
         fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
-        fit.set_pipeline(self._bound_receivers)
-        fit.set_bind_group(0, self._gbuffer.receiver_bindings)
-        fit.set_bind_group(1, self._scene.bindings)
-        fit.set_bind_group(2, self._receivers_bindings)
-        fit.dispatch_workgroups(*self._groups)
+        self._bound_receivers.dispatch(fit, self._groups)
         fit.end()
 
     def encode_fit(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
         """Fit all the light's views to its receivers."""
         fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
-        fit.set_pipeline(self._fit)
-        fit.set_bind_group(0, self._fit_bindings)
-        fit.dispatch_workgroups(self.plan.samples)
+        self._fit.dispatch(fit, (self.plan.samples,))
         fit.end()
-
-    def chunk_offset(self, chunk: int) -> int:
-        """The dynamic offset of the chunk's uniforms."""
-        return UNIFORM_ALIGNMENT * chunk
 
     def encode_draw(
         self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer, chunk: int, *, clears_atlas: bool, clears_views: bool
@@ -307,35 +273,31 @@ class ShadowAtlas:
         """Draw the chunk's occluders, into a cleared atlas, or into views that are cleared one by one."""
         attachment = self._cleared if clears_atlas else self._loaded
         if (chunk, clears_views) not in self._draws:
-            self._draws[chunk, clears_views] = self.record_draws(chunk, self._pipelines, clears_views=clears_views)
+            self._draws[chunk, clears_views] = self.record_draws(chunk, self._programs, clears_views=clears_views)
         draw = encoder.begin_render_pass(
             color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("shadow_maps")
         )
         draw.execute_bundles([self._draws[chunk, clears_views]])
         draw.end()
 
-    def record_draws(
-        self, chunk: int, pipelines: Sequence[wgpu.GPURenderPipeline], *, clears_views: bool
-    ) -> wgpu.GPURenderBundle:
+    def record_draws(self, chunk: int, programs: Sequence[DrawProgram], *, clears_views: bool) -> wgpu.GPURenderBundle:
         """The chunk's draws, to be replayed every frame: the buffers they name are as old as the atlas or its scene."""
-        scene, (clear, solid, opaque, masked) = self._scene, pipelines
+        scene, (clear, solid, opaque, masked) = self._scene, programs
         draw = self._gpu.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format="depth32float")
-        draw.set_bind_group(0, self._draw_bindings)
-        draw.set_bind_group(1, scene.bindings)
         first_view = chunk * self.plan.samples_per_chunk * FACES
         draw.set_vertex_buffer(0, self.draw_views, first_view * dtype(DrawView).itemsize)
         arguments = DRAW_BYTES * DRAWS * chunk
         if clears_views:
-            draw.set_pipeline(clear)
+            clear.begin(draw)
             draw.draw_indirect(self.arguments, arguments)
         if scene.opaque_count:
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
-            draw.set_pipeline(solid)
+            solid.begin(draw)
             draw.draw_indexed_indirect(self.arguments, arguments + DRAW_BYTES)
-            draw.set_pipeline(opaque)
+            opaque.begin(draw)
             draw.draw_indexed_indirect(self.arguments, arguments + 2 * DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
-            draw.set_pipeline(masked)
+            masked.begin(draw)
             draw.draw_indirect(self.arguments, arguments + 3 * DRAW_BYTES)
         return draw.finish()
