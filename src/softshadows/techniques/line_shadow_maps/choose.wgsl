@@ -13,7 +13,7 @@
 @group(1) @binding(0) var<storage, read_write> control: Control;
 @group(1) @binding(1) var<storage, read_write> contradictions: array<atomic<u32>>;  // by pair of segments; the last: pixels tested
 @group(1) @binding(2) var<storage, read_write> requests: array<u32>;
-@group(1) @binding(3) var<uniform> halving: Halving;
+@group(1) @binding(3) var<storage, read> halving: Halving;
 
 override tolerance: f32;      // of the pixels tested
 override knows_rows: bool;    // visibility takes what the rows show into account

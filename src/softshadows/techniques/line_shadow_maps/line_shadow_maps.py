@@ -121,10 +121,7 @@ class LineShadowMapsPass(TechniquePass):
     def __init__(self, context: RenderContext, technique: LineShadowMaps) -> None:
         super().__init__()
         self._context, self._technique = context, technique
-        usage = wgpu.BufferUsage
-        self._report = context.gpu.device.create_buffer(
-            size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
-        )
+        self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._soft_maps: dict[bool, SoftMaps] = {}  # by whether the light has a length
         self._written: tuple[tuple[Light, ...], Geometry] | None = None
         self.turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there

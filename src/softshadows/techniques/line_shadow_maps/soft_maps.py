@@ -11,19 +11,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.compose import compose, shader_module
-from softshadows.gpu.kernel import Kernel
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
+from softshadows.gpu.program import DrawProgram, Program, Resource
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
-_HERE = Path(__file__).parent
+_FOLDER = "techniques/line_shadow_maps"
 _USAGE = wgpu.BufferUsage
 REPORT_WORDS = 4
 CONTRADICTION_WORDS = 32
@@ -35,6 +33,8 @@ TEXELS_PER_SKIN = 32
 TESTED_PIXELS = 32
 """Along the side of a workgroup of the test."""
 CLEAR_OFFSET, DRAW_OFFSET, DRAW_BYTES = 0, 16, 32
+_QUADS = {"topology": "triangle-list"}
+_LEAST = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
 
 
 class Skin(Struct):
@@ -101,116 +101,107 @@ class SoftMaps:
             bytes_per_texel=BYTES_PER_TEXEL,
         )
         self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale)
-        self._make_resources()
-        self._make_kernels()
-        self._pipelines = self._make_pipelines()
+        self._make_buffers()
+        self._make_programs()
 
-    def _make_resources(self) -> None:
+    def _make_buffers(self) -> None:
         gpu, plan, texels = self.gpu, self.plan, self.plan.atlas_size**2
         self._capacity = max(texels // TEXELS_PER_SKIN, 1024)
         self.skins = gpu.storage_buffer(dtype(Skin).itemsize * self._capacity, "the skins")
         self.control = gpu.storage_buffer(dtype(Control).itemsize, "the control words")
         self._contradictions = gpu.storage_buffer(4 * CONTRADICTION_WORDS, "the contradictions")
-        self._search, self._draws = (
-            gpu.device.create_buffer(size=size, usage=_USAGE.STORAGE | _USAGE.INDIRECT) for size in (16, DRAW_BYTES)
-        )
-        self.channels = gpu.device.create_texture(
-            size=(plan.atlas_size, plan.atlas_size, 1),
-            format=CHANNEL_FORMAT,
-            usage=wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
-        )
-        self._channels_view = self.channels.create_view()
+        indirect = _USAGE.STORAGE | _USAGE.INDIRECT
+        self._search = gpu.buffer(16, indirect, "the dispatch of the search for skins")
+        self._draws = gpu.buffer(DRAW_BYTES, indirect, "the draws of the skins")
         self._nearest = gpu.storage_buffer(4 * plan.samples * COLUMNS * plan.tile, "the rows' nearest surfaces")
+        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
+        self.channels = gpu.texture((plan.atlas_size, plan.atlas_size), CHANNEL_FORMAT, usage, "the channels")
+        self._channels_view = self.channels.create_view()
+        self._halvings = [
+            self._halving(Halving(half_spacing=(self._options.samples - 1) >> stage, stage=stage))
+            for stage in range(1, self._stages)
+        ]
         buffers = (self._nearest, self.skins, self.control, self._contradictions, self._search, self._draws)
         self.bytes = self.maps.bytes + 4 * texels + sum(buffer.size for buffer in buffers)
 
-    def _make_kernels(self) -> None:
-        context, options, maps = self._context, self._options, self.maps
-        gpu, gbuffer, looks = context.gpu, context.gbuffer, maps.lookup_resources
-        receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
+    def _halving(self, halving: Halving) -> wgpu.GPUBuffer:
+        buffer = self.gpu.storage_buffer(dtype(Halving).itemsize, "a halving")
+        self.gpu.write(buffer, 0, pack(halving), what="constant")
+        return buffer
 
-        def kernel(name: str, entry: str, groups: dict, **constants: float) -> Kernel:
-            return Kernel(gpu, _HERE / f"{name}.wgsl", entry, groups, constants)
+    def _make_programs(self) -> None:
+        options, seen, looks = self._options, self._context.gbuffer.resources, self.maps.resources
 
-        self._begin = kernel("choose", "cs_begin", {1: {0: self.control, 2: maps.requests}})
-        self._test = kernel("choose", "cs_test", {0: receivers, 2: looks}, knows_rows=options.looks_for_gaps)
-        self._choose = kernel("choose", "cs_choose", {2: {1: looks[1]}}, tolerance=options.tolerance)
-        self._halvings = [
-            self._bind_halving(Halving(half_spacing=(options.samples - 1) >> stage, stage=stage))
-            for stage in range(1, self._stages)
-        ]
-        found = {0: self.control, 1: maps.state, 2: self._draws, 3: self.skins, 4: self._search, 6: self._nearest}
-        self._prepare = kernel(
-            "skins", "cs_prepare", {1: {k: found[k] for k in (0, 1, 2, 4)}, 2: {k: looks[k] for k in (1, 2)}}
+        def program(file: str, entry: str, resources: dict[str, Resource], **constants: float) -> Program:
+            return Program(self.gpu, f"{_FOLDER}/{file}.wgsl", entry, resources, constants=constants)
+
+        choice: dict[str, Resource] = {
+            **seen,
+            **looks,
+            "control": self.control,
+            "contradictions": self._contradictions,
+            "requests": self.maps.requests,
+        }
+        constants = {"knows_rows": options.looks_for_gaps, "tolerance": options.tolerance}
+        self._begin = program("choose", "cs_begin", choice, **constants)
+        test, choose = (program("choose", entry, choice, **constants) for entry in ("cs_test", "cs_choose"))
+        self._tests = [(test, test.bind(halving=halving)) for halving in self._halvings]
+        self._choices = [(choose, choose.bind(halving=halving)) for halving in self._halvings]
+
+        found: dict[str, Resource] = {
+            **looks,
+            "control": self.control,
+            "state": self.maps.state,
+            "draws": self._draws,
+            "skins": self.skins,
+            "search": self._search,
+            "report": self._report,
+            "nearest_in_row": self._nearest,
+        }
+        constants = {"capacity": self._capacity, "threshold_texels": options.threshold_texels}
+        self._prepare, self._find, self._finish = (
+            program("skins", entry, found, **constants) for entry in ("cs_prepare", "cs_find", "cs_finish")
         )
-        self._find = kernel(
-            "skins",
-            "cs_find",
-            {1: {k: found[k] for k in (0, 2, 3, 6)}, 2: {k: looks[k] for k in (0, 2, 3, 5)}},
-            capacity=self._capacity,
-            threshold_texels=options.threshold_texels,
+        self._clear_channels = self._draw_program("clear", {}, "always", looks)
+        self._draw_skins = self._draw_program(
+            "skin",
+            {"blend": {"color": _LEAST, "alpha": _LEAST}},
+            "greater-equal",
+            {**looks, "skins": self.skins},
+            is_rational=options.is_rational,
         )
-        self._finish = kernel(
-            "skins", "cs_finish", {1: {0: self.control, 2: self._draws, 5: self._report}}, capacity=self._capacity
-        )
-        self._look = kernel(
+        self._look = program(
             "visibility",
             "cs_visibility",
             {
-                0: receivers,
-                1: {0: self.control, 1: self._channels_view, 2: self._report, 3: self._nearest},
-                2: looks,
-                3: {0: context.visibility},
+                **seen,
+                **looks,
+                "control": self.control,
+                "channels": self._channels_view,
+                "report": self._report,
+                "nearest_in_row": self._nearest,
+                "visibility": self._context.visibility,
             },
             both_ends_see_all=options.both_ends_see_all,
             looks_for_gaps=options.looks_for_gaps,
             by_ends=options.by_ends,
         )
 
-    def _bind_halving(self, halving: Halving) -> tuple[dict[int, wgpu.GPUBindGroup], dict[int, wgpu.GPUBindGroup]]:
-        """The kernels' changing bind groups of one test of the samples drawn so far."""
-        uniform = self.gpu.device.create_buffer_with_data(data=pack(halving), usage=_USAGE.UNIFORM)
-        shared = {0: self.control, 1: self._contradictions, 3: uniform}
-        return {1: self._test.bind(1, shared)}, {1: self._choose.bind(1, {**shared, 2: self.maps.requests})}
-
-    def _make_pipelines(self) -> list[tuple[wgpu.GPURenderPipeline, dict[int, wgpu.GPUBindGroup], int]]:
-        """What empties the channels and what draws the skins, with bind groups and where their arguments lie."""
-        device, looks = self.gpu.device, self.maps.lookup_resources
-        module = shader_module(device, compose(_HERE / "channels.wgsl"), "channels.wgsl")
-        least = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
-
-        def pipeline(kind: str, target: dict, compare: str, constants: dict[str, float]) -> wgpu.GPURenderPipeline:
-            return device.create_render_pipeline(
-                layout="auto",
-                vertex={"module": module, "entry_point": f"vs_{kind}"},
-                primitive={"topology": "triangle-list"},
-                depth_stencil={"format": "depth32float", "depth_write_enabled": False, "depth_compare": compare},
-                fragment={
-                    "module": module,
-                    "entry_point": f"fs_{kind}",
-                    "targets": [{"format": CHANNEL_FORMAT, **target}],
-                    "constants": constants,
-                },
-            )
-
-        def bind(made: wgpu.GPURenderPipeline, group: int, resources: dict) -> wgpu.GPUBindGroup:
-            entries = [
-                {"binding": binding, "resource": {"buffer": item} if isinstance(item, wgpu.GPUBuffer) else item}
-                for binding, item in resources.items()
-            ]
-            return device.create_bind_group(layout=made.get_bind_group_layout(group), entries=entries)
-
-        clear = pipeline("clear", {}, "always", {})
-        draw = pipeline(
-            "skin",
-            {"blend": {"color": least, "alpha": least}},
-            "greater-equal",
-            {"is_rational": self._options.is_rational},
+    def _draw_program(
+        self, kind: str, target: dict, compare: str, resources: dict[str, Resource], **constants: float
+    ) -> DrawProgram:
+        """What draws into the channels, behind the maps' surfaces as `compare` says."""
+        depth = {"format": "depth32float", "depth_write_enabled": False, "depth_compare": compare}
+        return DrawProgram(
+            self.gpu,
+            f"{_FOLDER}/channels.wgsl",
+            f"vs_{kind}",
+            f"fs_{kind}",
+            resources,
+            state={"primitive": _QUADS, "depth_stencil": depth},
+            targets=[{"format": CHANNEL_FORMAT, **target}],
+            constants=constants,
         )
-        return [
-            (clear, {2: bind(clear, 2, {5: looks[5]})}, CLEAR_OFFSET),
-            (draw, {1: bind(draw, 1, {0: self.skins}), 2: bind(draw, 2, dict(looks))}, DRAW_OFFSET),
-        ]
 
     def set_lights(self, lights: Sequence[tuple[Light, int]]) -> None:
         """Write this frame's lights, each with its layer of visibility."""
@@ -223,50 +214,36 @@ class SoftMaps:
         self.maps.encode_receivers(commands, index)
         self.maps.encode_fit(commands)
         with commands.compute("fit") as compute:
-            self._begin.begin(compute)
-            compute.dispatch_workgroups(1)
+            self._begin.dispatch(compute, (1,))
         for stage in range(self._stages):
             if stage > 0:
-                self._encode_choice(commands, *self._halvings[stage - 1])
+                self._encode_choice(commands, stage - 1)
             self.maps.encode_maps(commands, stage)
         self._encode_channels(commands)
         width, height = self._context.gbuffer.size
         with commands.compute("lookup") as compute:
-            self._look.begin(compute)
-            compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
+            self._look.dispatch(compute, (-(-width // 8), -(-height // 8)))
         commands.account(self._options.samples * width * height / self.gpu.lookups_per_ms)
 
-    def _encode_choice(
-        self,
-        commands: Commands,
-        test: dict[int, wgpu.GPUBindGroup],
-        choose: dict[int, wgpu.GPUBindGroup],
-    ) -> None:
+    def _encode_choice(self, commands: Commands, number: int) -> None:
+        """Test the samples drawn so far, and request those of the next stage."""
         commands.encoder.clear_buffer(self._contradictions)
         width, height = self._context.gbuffer.size
+        (test, tested), (choose, chosen) = self._tests[number], self._choices[number]
         with commands.compute("choose") as compute:
-            self._test.begin(compute, test)
-            compute.dispatch_workgroups(-(-width // TESTED_PIXELS), -(-height // TESTED_PIXELS))
-            self._choose.begin(compute, choose)
-            compute.dispatch_workgroups(1)
+            test.dispatch(compute, (-(-width // TESTED_PIXELS), -(-height // TESTED_PIXELS)), tested)
+            choose.dispatch(compute, (1,), chosen)
 
     def _encode_channels(self, commands: Commands) -> None:
         """Skins of all maps, drawn into the channels of their neighbours."""
         with commands.compute("skins") as compute:
-            self._prepare.begin(compute)
-            compute.dispatch_workgroups(1)
-            self._find.begin(compute)
-            compute.dispatch_workgroups_indirect(self._search, 0)
-            self._finish.begin(compute)
-            compute.dispatch_workgroups(1)
-        draw = commands.encoder.begin_render_pass(
-            color_attachments=[{"view": self._channels_view, "load_op": "load", "store_op": "store"}],
-            depth_stencil_attachment={"view": self.maps.atlas.depth_view, "depth_read_only": True},
-            timestamp_writes=commands.timer.writes("channels"),
-        )
-        for pipeline, groups, arguments in self._pipelines:
-            draw.set_pipeline(pipeline)
-            for group, bindings in groups.items():
-                draw.set_bind_group(group, bindings)
-            draw.draw_indirect(self._draws, arguments)
-        draw.end()
+            self._prepare.dispatch(compute, (1,))
+            self._find.dispatch_indirect(compute, self._search)
+            self._finish.dispatch(compute, (1,))
+        color = {"view": self._channels_view, "load_op": "load", "store_op": "store"}
+        depth = {"view": self.maps.atlas.depth_view, "depth_read_only": True}
+        with commands.draw("channels", color_attachments=[color], depth_stencil_attachment=depth) as draw:
+            self._clear_channels.begin(draw)
+            draw.draw_indirect(self._draws, CLEAR_OFFSET)
+            self._draw_skins.begin(draw)
+            draw.draw_indirect(self._draws, DRAW_OFFSET)

@@ -53,21 +53,20 @@ Cost
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.gpu.kernel import Kernel, Resource
+from softshadows.gpu.program import Program, Resource
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, numbers_of, option
 from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
-_HERE = Path(__file__).parent
+_FOLDER = "techniques/occluding_edges"
 CELLS = 64
 """Of a row: stretches that one lane walks (edge_map.wgsl)."""
 PENUMBRAE = ("texture", "seen", "searched")
@@ -137,61 +136,40 @@ class OccludingEdgesPass(TechniquePass):
             bytes_per_texel=BYTES_PER_TEXEL,
         )
         reach = 2.0 * (1.0 / NEAREST_OCCLUDER - 1.0) / (technique.samples - 1)
-        self.maps = LineMaps(
-            gpu,
-            context.scene,
-            gbuffer,
-            plan,
-            bias_scale=technique.bias_scale,
-            reach=reach,
-        )
-        self.edge_map = gpu.device.create_texture(
-            size=(plan.atlas_size, plan.atlas_size, 1),
-            format="r32uint",
-            usage=wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC,
-        )
-        usage = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT
-        self._influence = gpu.device.create_buffer_with_data(
-            data=_with_integral(technique.influence).tobytes(), usage=wgpu.BufferUsage.STORAGE
-        )
-        self._dispatch = gpu.device.create_buffer(size=16, usage=usage)
+        self.maps = LineMaps(gpu, context.scene, gbuffer, plan, bias_scale=technique.bias_scale, reach=reach)
+        usage = wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
+        self.edge_map = gpu.texture((plan.atlas_size, plan.atlas_size), "r32uint", usage, "the edge map")
+        influence = _with_integral(technique.influence)
+        self._influence = gpu.storage_buffer(influence.nbytes, "the influence of a segment's end")
+        gpu.write(self._influence, 0, influence, what="constant")
+        self._dispatch = gpu.buffer(16, wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT, "the rows' dispatch")
         self._cells = gpu.storage_buffer(4 * CELLS * COLUMNS * plan.tile * plan.samples, "the rows of the maps")
         buffers = (self._dispatch, self._cells, self._influence)
         self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + sum(buffer.size for buffer in buffers)
-        self._kernels = self._make_kernels()
+        self._make_programs()
         self._written: tuple[tuple[Light, ...], Geometry] | None = None
         self.lights: tuple[Light, ...] = ()
 
-    def _make_kernels(self) -> dict[str, Kernel]:
-        """By file."""
-        technique, gbuffer = self._technique, self._context.gbuffer
-        looks = dict(self.maps.lookup_resources)
-        edges = self.edge_map.create_view()
-        receivers = {0: gbuffer.uniforms, 1: gbuffer.position.create_view(), 2: gbuffer.normal.create_view()}
+    def _make_programs(self) -> None:
+        technique, context = self._technique, self._context
 
-        def kernel(name: str, groups: dict[int, dict[int, Resource]], **constants: float) -> Kernel:
-            return Kernel(self._context.gpu, _HERE / f"{name}.wgsl", f"cs_{name}", groups, constants)
+        def program(name: str, resources: dict[str, Resource], **constants: float) -> Program:
+            looks = self.maps.resources
+            path, entry = f"{_FOLDER}/{name}.wgsl", f"cs_{name}"
+            return Program(context.gpu, path, entry, {**looks, **resources}, constants=constants)
 
-        return {
-            "rows": kernel("rows", {2: {k: looks[k] for k in (1, 2)}, 3: {0: self.maps.state, 1: self._dispatch}}),
-            "outreach": kernel(
-                "outreach",
-                {2: {k: looks[k] for k in (1, 2, 3, 5)}, 3: {0: edges, 1: self._cells}},
-                uses_tilt=technique.edges != "order",
-                uses_order=technique.edges != "tilt",
-            ),
-            "lighting": kernel(
-                "lighting",
-                {
-                    0: receivers,
-                    2: looks,
-                    3: {0: edges, 1: self._cells, 2: self._context.visibility, 3: self._influence},
-                },
-                by_ends=technique.shading == "ends",
-                penumbra=PENUMBRAE.index(technique.penumbra),
-                edge_rows=technique.rows,
-            ),
-        }
+        edges: dict[str, Resource] = {"edge_map": self.edge_map.create_view(), "cells": self._cells}
+        self._rows = program("rows", {"state": self.maps.state, "dispatch": self._dispatch})
+        self._outreach = program(
+            "outreach", edges, uses_tilt=technique.edges != "order", uses_order=technique.edges != "tilt"
+        )
+        self._lighting = program(
+            "lighting",
+            {**context.gbuffer.resources, **edges, "visibility": context.visibility, "influence": self._influence},
+            by_ends=technique.shading == "ends",
+            penumbra=PENUMBRAE.index(technique.penumbra),
+            edge_rows=technique.rows,
+        )
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         written = (tuple(lights), self._context.scene.geometry)
@@ -211,13 +189,10 @@ class OccludingEdgesPass(TechniquePass):
             self.maps.encode_fit(commands)
             self.maps.encode_maps(commands)
             with commands.compute("outreach") as compute:
-                self._kernels["rows"].begin(compute)
-                compute.dispatch_workgroups(1)
-                self._kernels["outreach"].begin(compute)
-                compute.dispatch_workgroups_indirect(self._dispatch, 0)
+                self._rows.dispatch(compute, (1,))
+                self._outreach.dispatch_indirect(compute, self._dispatch)
             with commands.compute("lookup") as compute:
-                self._kernels["lighting"].begin(compute)
-                compute.dispatch_workgroups(-(-width // 8), -(-height // 8))
+                self._lighting.dispatch(compute, (-(-width // 8), -(-height // 8)))
             commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
 
 

@@ -30,10 +30,9 @@ drawn in this frame.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-import wgpu
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
@@ -167,12 +166,6 @@ class LineMaps:
     def resources(self) -> dict[str, Resource]:
         """What line_map.wgsl declares."""
         return self.atlas.resources
-
-    @property
-    def lookup_resources(self) -> Mapping[int, wgpu.GPUBuffer | wgpu.GPUTextureView]:
-        """The same by the numbers of their bindings, for kernels."""
-        atlas = self.atlas
-        return {0: atlas.light, 1: atlas.samples, 2: atlas.views, 3: atlas.depth_view, 5: atlas.settings}
 
     def set_lights(self, lights: Sequence[tuple[Light, int]], first_stage: int | None = None) -> None:
         """Write the frame's lights, each with its layer of visibility, and the first stage's samples (default: all)."""
