@@ -13,7 +13,7 @@ import dataclasses
 import statistics
 
 import softshadows as ss
-from softshadows import frame as frame_module
+from softshadows import renderer as renderer_module
 from softshadows.gpu import device
 
 
@@ -39,7 +39,7 @@ def main() -> None:
     if arguments.uncut:
         gpu = device.acquire()
         fast = FastGpu(gpu.adapter, gpu.device, gpu.features, gpu.fallbacks)
-        frame_module.acquire = lambda: fast
+        renderer_module.acquire = lambda profile: fast
     width, height = map(int, arguments.size.split("x"))
     scene = ss.scenes.atrium()
     assert scene.camera is not None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -19,7 +20,8 @@ Bools = npt.NDArray[np.bool_]
 class FrameStats:
     """What a frame cost.
 
-    `gpu_ms` by pass; `cpu_ms` to prepare and encode it, without the driver's submit; `gpu_bytes` held.
+    `gpu_ms` by pass; `cpu_ms` to prepare and encode it, without the driver's submit; `gpu_bytes` held; `number` counts
+    the renderer's frames from 1.
     """
 
     shadow_maps: int = 0
@@ -29,6 +31,7 @@ class FrameStats:
     gpu_bytes: int = 0
     submits: int = 0
     warnings: list[str] = field(default_factory=list)
+    number: int = 0
 
 
 @dataclass(eq=False)
@@ -49,6 +52,23 @@ class Frame:
     surface: Bools
     lights: list[Light]
     stats: FrameStats
+
+    @classmethod
+    def of(cls, images: Mapping[str, npt.NDArray], lights: list[Light], stats: FrameStats) -> Frame:
+        """The frame that was read back as color, position (with the depth in w) and normal, (height, width, 4) float32,
+        and visibility."""
+        position = images["position"]
+        surface = position[..., 3] > 0.0
+        return cls(
+            color=np.ascontiguousarray(images["color"][..., :3]),
+            visibility=images["visibility"],
+            position=np.ascontiguousarray(position[..., :3]),
+            normal=np.ascontiguousarray(images["normal"][..., :3]),
+            depth=np.where(surface, position[..., 3], np.float32(np.inf)),
+            surface=surface,
+            lights=lights,
+            stats=stats,
+        )
 
     @property
     def facing(self) -> Bools:

@@ -1,46 +1,48 @@
 """The story of a frame, and the first file to read.
 
-scene, lights, camera                    plain data
-  -> SceneBuffers                        uploaded once, patched when nodes move
-  -> GBuffer                             what the camera sees
-  -> the technique                       visibility per light
-  -> Shading                             unshadowed radiance × visibility, summed over lights
-  -> Frame                               read back once
+scene, lights, camera       plain data
+prepare   SharedScene       uploaded once for all who draw it, patched when nodes move
+          FramePasses       images and passes, built where they are missing
+write                       all that a frame needs from the CPU, in small writes
+encode    GBuffer           what the camera sees
+          LightGroups       visibility per light, by its technique
+          Shading           unshadowed radiance × visibility, summed over lights
+          Mean              of the frames that show the same, where they are refined
+read      Frame             read back once; `draw` leaves the images on the GPU
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+import weakref
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 
-from softshadows.errors import OptionError, SceneError
+from softshadows.errors import DeviceError, OptionError, SceneError
 from softshadows.frame import Frame, FrameStats
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import acquire, device_errors
-from softshadows.gpu.readback import Readback
-from softshadows.gpu.scene_buffers import SceneBuffers
-from softshadows.gpu.timing import CAPACITY, PassTimer
-from softshadows.image.accumulation import Refinement
+from softshadows.gpu.shared_scene import SharedScene, open_scene
+from softshadows.gpu.timing import milliseconds
 from softshadows.passes.gbuffer.gbuffer import GBuffer
-from softshadows.passes.shading.shading import Shading
 from softshadows.scene.camera import Camera
-from softshadows.scene.geometry import flatten
-from softshadows.scene.lights import Light
 from softshadows.scene.model import Scene
 from softshadows.techniques import Technique, make_technique
-from softshadows.techniques.base import RenderContext
+from softshadows.techniques.base import TechniquePass
+from softshadows.techniques.frame_passes import FramePasses, Images, Submitted
 
 
 class Renderer:
     """Renders frames of one scene with one technique at one size, and keeps GPU state between them.
 
-    Between calls `scene.lights` and the nodes' transforms may change. The profile "portable" uses only what every
-    WebGPU device has: its default limits, no optional features. Raises SceneError for a scene that cannot be
-    used, OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
+    Between calls `scene.lights` and the nodes' transforms may change. Renderers of one scene share its copy on the GPU
+    and may work in threads of their own. The profile "portable" uses only what every WebGPU device has: its default
+    limits, no optional features. Raises SceneError for a scene that cannot be used, OptionError for an unknown
+    technique or size, DeviceError where the adapter cannot do it.
     """
 
     def __init__(
@@ -55,8 +57,11 @@ class Renderer:
         self.scene, self.size = scene, _checked_size(size)
         self.technique = make_technique(technique, options) if isinstance(technique, str) else technique
         self._gpu = acquire(profile)
-        self._timer = PassTimer(self._gpu)
-        self.invalidate()
+        self._shared: SharedScene | None = None
+        self._passes: FramePasses | None = None
+        self._refines = False
+        self._submitted = Submitted(0, [], [], 0.0, 0)
+        self._finished: FrameStats | None = None
 
     def __enter__(self) -> Renderer:
         return self
@@ -64,113 +69,166 @@ class Renderer:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        self.invalidate()
+        """Release everything on the GPU; the scene, where nobody else draws it."""
+        self._release()
+
+    def _release(self) -> None:
+        self._release_passes()
+        if self._shared is not None:
+            self._close_scene()
+            self._shared = None
 
     def invalidate(self) -> None:
-        """Forget everything on the GPU: the next frame uploads the scene and draws all again."""
-        self._placement: list[tuple[int, bytes]] | None = None
-        self._light_count = -1
-        self._refinement = Refinement(None)
+        """Release everything on the GPU, also for others who draw the scene: the next frame uploads and draws all."""
+        self._release_passes()
+        if self._shared is not None:
+            self._shared.forget()
+
+    def resize(self, size: tuple[int, int]) -> None:
+        """Render at another size from now on. The scene stays on the GPU, and nothing is compiled."""
+        self.size = _checked_size(size)
+        self._release_passes()
+
+    def _release_passes(self) -> None:
+        if self._passes is not None:
+            self._passes.release()
+        self._passes = self._finished = None
+
+    # -- Frames --------------------------------------------------------------------------------------------------------
+
+    def render(self, camera: Camera) -> Frame:
+        """One frame, read back once."""
+        with self._submitting(camera, refines=False) as (passes, commands):
+            passes.readback.encode(commands.encoder)
+        return self.read()
 
     def refine(self, camera: Camera) -> Frame:
-        """The mean of a frame and all that `refine` rendered before of the same camera, lights and nodes.
+        """The mean of a frame and all that `refine` or `draw` made before of the same camera, lights and nodes.
 
         Techniques that average samples of the light, `uniform` and `adaptive`, take other samples in every frame, so
         that the mean steps toward the truth; with any other technique it stays what `render` gives.
         """
-        subject = (camera, tuple(self.scene.lights), tuple(self._place_nodes()))
-        if subject != self._refinement.subject:
-            self._refinement = Refinement(subject)
-        frame = self._render(camera, refinements=self._refinement.frames)
-        frame.color, frame.visibility = self._refinement.add(frame.color, frame.visibility)
-        return frame
+        with self._submitting(camera, refines=True) as (passes, commands):
+            passes.readback.encode(commands.encoder)
+        return self.read()
 
-    def render(self, camera: Camera) -> Frame:
-        """One frame: encode, submit, read back once."""
-        return self._render(camera, refinements=0)
+    def draw(self, camera: Camera) -> int:
+        """One frame into `images`, refined as by `refine` while nothing moves; returns its number, and waits for
+        nothing. `finished` tells later what it cost."""
+        with self._submitting(camera, refines=True) as (passes, commands):
+            passes.ring.encode(commands.encoder)
+        passes.ring.start(self._submitted)
+        return self._submitted.number
 
-    def _render(self, camera: Camera, *, refinements: int) -> Frame:
-        lights = list(self.scene.lights)
-        self.technique.check_lights(lights)
-        with device_errors("the frame could not be rendered"):
+    def finished(self) -> FrameStats | None:
+        """Statistics of the last frame of `draw` that is known to have finished; None while there is none.
+
+        Raises DeviceError where the GPU gave up on one.
+        """
+        found = self._passes.ring.finished() if self._passes is not None else None
+        if found is not None:
+            self._finished = self._stats(*found)
+        return self._finished
+
+    @property
+    def images(self) -> Images:
+        """The last frame on the GPU. Ask again after every frame: `resize` and lights that are added replace some."""
+        if self._passes is None:
+            self.prepare()
+        return self._prepared[0].images
+
+    @property
+    def technique_pass(self) -> TechniquePass | None:
+        """The technique at work, for pictures of what it decided; None before the first frame."""
+        return next(iter(self._passes.groups.passes), None) if self._passes is not None else None
+
+    # -- The four steps, which may be called apart ---------------------------------------------------------------------
+
+    def prepare(self) -> None:
+        """Bring the scene on the GPU up to date, and build what is missing."""
+        self.technique.check_lights(self.scene.lights)
+        if self._shared is None or self._shared.scene is not self.scene:
+            self._release()
+            self._shared = open_scene(self._gpu, self.scene)
+            self._close_scene = weakref.finalize(self, self._shared.close)  # also where nobody says goodbye
+        buffers = self._shared.update()
+        if self._passes is None or self._passes.gbuffer.scene is not buffers:
+            self._release_passes()
+            owner = self._gpu.owner()
+            self._passes = FramePasses(owner, GBuffer(owner, buffers, self.size), lambda light: self.technique)
+        self._passes.prepare(len(self.scene.lights))
+
+    def write(self, camera: Camera, *, refines: bool = False) -> None:
+        """Write what the frame needs from the CPU. With `refines` it takes part in the mean of what shows the same."""
+        (passes, scene), lights = self._prepared, list(self.scene.lights)
+        self._refines = refines and self.technique.refines
+        if self._refines:
+            passes.mean.write((camera, tuple(lights), scene.placement), len(lights))
+        passes.gbuffer.set_camera(camera, len(lights))
+        passes.groups.write(lights, passes.mean.frames - 1 if self._refines else 0)
+        passes.shading.set_lights(lights)
+
+    def encode(self, commands: Commands) -> None:
+        """Encode all that fills `images`."""
+        passes, _ = self._prepared
+        passes.gbuffer.encode(commands)
+        passes.groups.encode(commands)
+        passes.shading.encode(commands)
+        if self._refines:
+            passes.mean.encode(commands)
+        passes.timer.resolve(commands.encoder)
+
+    def read(self) -> Frame:
+        """Wait for the frame whose images were copied to be read when it was submitted.
+
+        Raises DeviceError where the GPU gave up on it.
+        """
+        passes, _ = self._prepared
+        try:
+            images = passes.readback.read()
+        except DeviceError:
+            passes.forget_mean()
+            raise
+        return Frame.of(images, self._submitted.lights, self._stats(images, self._submitted))
+
+    @property
+    def _prepared(self) -> tuple[FramePasses, SharedScene]:
+        assert self._passes is not None, "prepare() comes first"
+        assert self._shared is not None
+        return self._passes, self._shared
+
+    @contextmanager
+    def _submitting(self, camera: Camera, *, refines: bool) -> Iterator[tuple[FramePasses, Commands]]:
+        """The first three steps and the submit, between which the caller encodes what is to be copied."""
+        with self._gpu.lock, device_errors("the frame could not be rendered"):
             started = time.thread_time()
-            self._upload(lights)
-            self._gbuffer.set_camera(camera, len(lights))
-            self._pass.refinements = refinements
-            self._pass.set_lights(lights)
-            self._shading.set_lights(lights)
-
-            self._timer.begin_frame()
-            commands = Commands(self._gpu, self._timer)
-            self._gbuffer.encode(commands)
-            if lights:
-                self._pass.encode(commands)
-            self._shading.encode(commands)
-            self._timer.resolve(commands.encoder)
-            self._readback.encode(commands.encoder)
+            self.prepare()
+            self.write(camera, refines=refines)
+            passes, _ = self._prepared
+            commands = Commands(self._gpu, passes.timer)
+            self.encode(commands)
+            yield passes, commands
             commands.submit()
-            cpu_ms = 1e3 * (time.thread_time() - started - commands.submit_seconds)
+            self._submitted = Submitted(
+                number=self._submitted.number + 1,
+                lights=list(self.scene.lights),
+                pass_names=list(passes.timer.names),
+                cpu_ms=1e3 * (time.thread_time() - started - commands.submit_seconds),
+                submits=commands.submits,
+            )
 
-            images = self._readback.read()
-        return self._frame(images, lights, cpu_ms, commands.submits)
-
-    def _upload(self, lights: list[Light]) -> None:
-        """Bring the GPU's copy of the scene up to date."""
-        placement = self._place_nodes()
-        if self._placement is None or [mesh for mesh, _ in placement] != [mesh for mesh, _ in self._placement]:
-            self._buffers = SceneBuffers(self._gpu, flatten(self.scene))
-            self._light_count = -1
-        elif placement != self._placement:
-            self._buffers.move(flatten(self.scene))
-        self._placement = placement
-        if self._light_count != len(lights):
-            self._build(len(lights))
-
-    def _place_nodes(self) -> list[tuple[int, bytes]]:
-        """Which mesh is where: node by node."""
-        return [(id(node.mesh), np.asarray(node.transform, np.float64).tobytes()) for node in self.scene.nodes]
-
-    def _build(self, light_count: int) -> None:
-        """The passes and images for this many lights."""
-        gpu, (width, height) = self._gpu, self.size
-        visibility_bytes = 4 * max(light_count, 1) * width * height
-        visibility = gpu.storage_buffer(visibility_bytes, f"the visibility of {light_count} lights")
-        self._gbuffer = GBuffer(gpu, self._buffers, self.size)
-        self._pass = self.technique.build(RenderContext(gpu, self._buffers, self._gbuffer, visibility))
-        self._shading = Shading(gpu, self._gbuffer, visibility, light_count)
-        self._readback = Readback(gpu)
-        self._readback.add_texture("color", self._shading.color, "<f4", 4)
-        self._readback.add_texture("position", self._gbuffer.position, "<f4", 4)
-        self._readback.add_texture("normal", self._gbuffer.normal, "<f4", 4)
-        self._readback.add_buffer("visibility", visibility, "<f4", (light_count, height, width))
-        if self._timer.enabled:
-            self._readback.add_buffer("stamps", self._timer.buffer, "<u8", (CAPACITY,))
-        for name, (buffer, dtype, shape) in self._pass.results.items():
-            self._readback.add_buffer(name, buffer, dtype, shape)
-        self._light_count = light_count
-        self._image_bytes = visibility_bytes + self._gbuffer.bytes + self._shading.bytes + self._readback.size
-
-    def _frame(self, images: dict[str, np.ndarray], lights: list[Light], cpu_ms: float, submits: int) -> Frame:
-        surface = images["position"][..., 3] > 0.0
-        self._pass.take_results(images)
-        stats = FrameStats(
-            shadow_maps=self._pass.shadow_maps,
-            lookups_per_pixel=self._pass.lookups_per_pixel,
-            gpu_ms=self._timer.milliseconds(images["stamps"]) if self._timer.enabled else {},
-            cpu_ms=cpu_ms,
-            gpu_bytes=self._buffers.bytes + self._image_bytes + self._pass.bytes,
-            submits=submits,
-            warnings=[*self.scene.warnings, *self._gpu.fallbacks, *self._buffers.warnings, *self._pass.warnings],
-        )
-        return Frame(
-            color=np.ascontiguousarray(images["color"][..., :3]),
-            visibility=images["visibility"],
-            position=np.ascontiguousarray(images["position"][..., :3]),
-            normal=np.ascontiguousarray(images["normal"][..., :3]),
-            depth=np.where(surface, images["position"][..., 3], np.float32(np.inf)),
-            surface=surface,
-            lights=lights,
-            stats=stats,
+    def _stats(self, results: Mapping[str, np.ndarray], submitted: Submitted) -> FrameStats:
+        passes, groups = self._prepared[0], self._prepared[0].groups
+        groups.take_results(results)
+        return FrameStats(
+            shadow_maps=groups.shadow_maps,
+            lookups_per_pixel=groups.lookups_per_pixel,
+            gpu_ms=milliseconds(submitted.pass_names, results["stamps"]) if passes.timer.enabled else {},
+            cpu_ms=submitted.cpu_ms,
+            gpu_bytes=passes.gbuffer.scene.bytes + passes.bytes,
+            submits=submitted.submits,
+            warnings=[*self.scene.warnings, *self._gpu.fallbacks, *passes.gbuffer.scene.warnings, *groups.warnings],
+            number=submitted.number,
         )
 
 

@@ -469,9 +469,9 @@ def test_max_maps_is_the_number_of_maps(refinement: str) -> None:
 def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> None:
     """Ten words of 32 bits for each pixel's look-ups, in buffers as large as every WebGPU adapter has them."""
     with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
-        renderer._upload(STANDARD.lights)
-        renderer._pass.set_lights(STANDARD.lights)
-        (sampling,) = renderer._pass._samplings.values()  # type: ignore[attr-defined]
+        renderer.prepare()
+        renderer.technique_pass.set_lights(STANDARD.lights)
+        (sampling,) = renderer.technique_pass._samplings.values()  # type: ignore[union-attr]
         sizes = {name: buffer.size for name, buffer in sampling._buffers.items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
         assert sizes["masks"] == tiles * model.TILE**2 * 40
@@ -520,11 +520,11 @@ def test_a_frame_leaves_nothing_behind(refinement: str) -> None:
     options: dict[str, Any] = {"refinement": refinement, "resolution": COARSE}
     near, sky = SCENES["from near"][1], ss.Camera((0.0, 2.0, 0.0), (0.0, 9.0, 3.0))
     wide = dataclasses.replace(stage.RECT, width=3.0)
-    with ss.Renderer(STANDARD, technique=Adaptive(**options), size=ODD_SIZE) as renderer:
+    with ss.Renderer(standard(wide), technique=Adaptive(**options), size=ODD_SIZE) as renderer:
         for light, camera in [(wide, near), (stage.RECT, sky), (stage.RECT, stage.CAMERA), (wide, stage.CAMERA)]:
-            renderer.scene = standard(light)
+            renderer.scene.lights = [light]
             frame = renderer.render(camera)
-            fresh = ss.render(renderer.scene, camera, technique=Adaptive(**options), size=ODD_SIZE)
+            fresh = ss.render(standard(light), camera, technique=Adaptive(**options), size=ODD_SIZE)
             assert stage.same_bits(frame.visibility, fresh.visibility)
             assert frame.stats.shadow_maps == fresh.stats.shadow_maps
             assert frame.stats.lookups_per_pixel == fresh.stats.lookups_per_pixel

@@ -14,7 +14,7 @@ import wgpu
 
 import softshadows as ss
 import stage
-from softshadows import frame as frame_module
+from softshadows import renderer as renderer_module
 from softshadows.gpu.device import Gpu, acquire
 from softshadows.gpu.readback import Readback
 from softshadows.techniques import TECHNIQUES
@@ -229,7 +229,7 @@ def without(feature: str, monkeypatch: pytest.MonkeyPatch) -> Iterator[Gpu]:
     gpu = acquire()
     lesser = dataclasses.replace(gpu, features=gpu.features - {feature}, fallbacks=[f"{feature}: not there"])
     with monkeypatch.context() as patch:
-        patch.setattr(frame_module, "acquire", lambda profile: lesser)
+        patch.setattr(renderer_module, "acquire", lambda profile: lesser)
         yield lesser
 
 

@@ -54,7 +54,7 @@ def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
 
 def atlas_of(renderer: ss.Renderer) -> ShadowAtlas:
     """The atlas of the light that took the last turn."""
-    owner = renderer._pass._turns[-1][0]  # type: ignore[attr-defined]
+    owner = renderer.technique_pass._turns[-1][0]  # type: ignore[union-attr]
     atlas = owner if isinstance(owner, ShadowAtlas) else owner._atlas
     assert atlas.keeps_maps
     return atlas
@@ -107,7 +107,7 @@ def test_what_changed_is_drawn_again_as_by_a_new_renderer(name: str) -> None:
     with renderer_of(stage.standard_scene(), name) as renderer:
         pictures = []
         for placed, light in steps:
-            renderer.scene = ss.Scene(placed, [light])
+            renderer.scene.nodes, renderer.scene.lights = placed, [light]
             frame = renderer.render(stage.CAMERA)
             expected, drawn = fresh(renderer.scene, stage.CAMERA, name)
             np.testing.assert_array_equal(instances(renderer), drawn)
@@ -125,7 +125,7 @@ def test_a_light_that_only_shines_brighter_keeps_or_draws_the_same_maps(name: st
     made = stage.standard_scene()
     with renderer_of(made, name) as renderer:
         first = renderer.render(stage.CAMERA)
-        renderer.scene = ss.Scene(made.nodes, [dataclasses.replace(stage.RECT, radiance=(1.0, 20.0, 3.0))])
+        made.lights = [dataclasses.replace(stage.RECT, radiance=(1.0, 20.0, 3.0))]
         assert same_frame(renderer.render(stage.CAMERA), first)
 
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import os
 import tempfile
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
-from typing import Any, Literal, get_args
+from typing import Any, Literal, TypeVar, get_args
 
 import numpy as np
 import wgpu
@@ -75,9 +76,12 @@ CPU_RAYS_AT_ONCE, GPU_RAYS_AT_ONCE = 16, 32
 through the spokes of a wheel have exceeded."""
 
 
-Dependency = Literal["scene", "camera", "light", "samples", "constant"]
-"""What written data depend on: nodes and meshes, the camera, lights, the points on them that are sampled, or nothing
-that changes."""
+Dependency = Literal["scene", "camera", "light", "samples", "constant", "frame"]
+"""What written data depend on: nodes and meshes, the camera, lights, the points on them that are sampled, nothing that
+changes, or how many frames came before, which only the read-back asks for."""
+
+Owned = wgpu.GPUBuffer | wgpu.GPUTexture | wgpu.GPUQuerySet
+OwnedT = TypeVar("OwnedT", bound=Owned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,7 +89,8 @@ class Gpu:
     """A device and what it may use. `fallbacks` names the optional features it lacks, with the consequence.
 
     `pipelines` holds the modules and pipelines made so far (program.py). Every function in `write_listeners` is called
-    with the arguments of every `write`: how the writes of a frame are recorded.
+    with the arguments of every `write`: how the writes of a frame are recorded. `scenes` holds the scenes on the device
+    (shared_scene.py). Who prepares, encodes or submits a frame holds `lock`; waiting for its results needs no lock.
     """
 
     adapter: wgpu.GPUAdapter
@@ -96,6 +101,31 @@ class Gpu:
     write_listeners: list[Callable[[wgpu.GPUBuffer, int, bytes | np.ndarray, Dependency], None]] = field(
         default_factory=list
     )
+    scenes: dict[int, Any] = field(default_factory=dict)
+    lock: threading.RLock = field(default_factory=threading.RLock)
+    owned: list[Owned] | None = None
+
+    def owner(self) -> Gpu:
+        """The same device for somebody who owns what is made through it, until `release` destroys it all."""
+        return replace(self, owned=[])
+
+    def release(self) -> None:
+        """Destroy the buffers, textures and query sets that were made through this owner."""
+        assert self.owned is not None, "only an owner can release"
+        for item in self.owned:
+            item.destroy()
+        self.owned.clear()
+
+    def destroy(self, item: Owned) -> None:
+        """Destroy one of them before the others. What has been submitted may still use it."""
+        if self.owned is not None:
+            self.owned.remove(item)
+        item.destroy()
+
+    def _own(self, item: OwnedT) -> OwnedT:
+        if self.owned is not None:
+            self.owned.append(item)
+        return item
 
     @property
     def is_cpu(self) -> bool:
@@ -141,7 +171,7 @@ class Gpu:
         """A buffer of `size` bytes, all 0, that can also be copied from and to. DeviceError where it is too large."""
         self.check_buffer(size, what)
         usage |= wgpu.BufferUsage.COPY_SRC | wgpu.BufferUsage.COPY_DST
-        return self.device.create_buffer(label=what, size=size, usage=usage)
+        return self._own(self.device.create_buffer(label=what, size=size, usage=usage))
 
     def storage_buffer(self, size: int, what: str) -> wgpu.GPUBuffer:
         """A `buffer` for shaders to read and write."""
@@ -157,7 +187,23 @@ class Gpu:
     def texture(self, size: tuple[int, int], format: str, usage: int, what: str) -> wgpu.GPUTexture:
         """A 2-d texture of one layer and level. DeviceError where the adapter has none so large."""
         self.check_texture(*size, what)
-        return self.device.create_texture(label=what, size=(*size, 1), format=format, usage=usage)
+        return self.layered_texture(size, 1, format, usage, what)
+
+    def layered_texture(
+        self, size: tuple[int, int], layers: int, format: str, usage: int, what: str
+    ) -> wgpu.GPUTexture:
+        """A 2-d texture of one level with so many layers."""
+        extent = (*size, layers)
+        return self._own(self.device.create_texture(label=what, size=extent, format=format, usage=usage))
+
+    def staging_buffer(self, size: int, what: str) -> wgpu.GPUBuffer:
+        """A buffer to copy into, and to map for reading."""
+        usage = wgpu.BufferUsage.MAP_READ | wgpu.BufferUsage.COPY_DST
+        return self._own(self.device.create_buffer(label=what, size=size, usage=usage))
+
+    def timestamps(self, count: int) -> wgpu.GPUQuerySet:
+        """So many timestamps for passes to write."""
+        return self._own(self.device.create_query_set(type="timestamp", count=count))
 
     def write(self, buffer: wgpu.GPUBuffer, offset: int, data: bytes | np.ndarray, *, what: Dependency) -> None:
         """Write contiguous `data` into `buffer` from `offset` bytes on, before the next submit.
@@ -168,6 +214,12 @@ class Gpu:
         for listener in self.write_listeners:
             listener(buffer, offset, data, what)
         self.device.queue.write_buffer(buffer, offset, data)
+
+    def write_texture(self, texture: wgpu.GPUTexture, layer: int, data: np.ndarray) -> None:
+        """Write a whole layer: (height, width, channels) texels, which belong to the scene or are constant."""
+        height, width, _ = data.shape
+        destination, layout = {"texture": texture, "origin": (0, 0, layer)}, {"bytes_per_row": data.nbytes // height}
+        self.device.queue.write_texture(destination, data, layout, (width, height, 1))
 
 
 def acquire(profile: str = "full") -> Gpu:

@@ -21,6 +21,7 @@ import wgpu
 from softshadows.errors import ShaderError
 from softshadows.gpu.compose import PACKAGE, Source, compose, shader_module
 from softshadows.gpu.device import Gpu
+from softshadows.gpu.growing import GrowingBuffer
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,7 @@ class Slice:
     size: int
 
 
-Resource = wgpu.GPUBuffer | wgpu.GPUTexture | wgpu.GPUTextureView | Slice
+Resource = wgpu.GPUBuffer | GrowingBuffer | wgpu.GPUTexture | wgpu.GPUTextureView | Slice
 Pass = wgpu.GPUComputePassEncoder | wgpu.GPURenderPassEncoder | wgpu.GPURenderBundleEncoder
 
 _VARIABLE = re.compile(r"@group\((\d+)\)\s*@binding\((\d+)\)\s*var(?:<[^>]*>)?\s+(\w+)\s*:")
@@ -83,16 +84,34 @@ def load_shader(path: str, stand_ins: frozenset[tuple[str, str]] = frozenset()) 
     return Shader(path, source, places, mentions)
 
 
+class _Group:
+    """A bind group, made again where one of its buffers has grown."""
+
+    def __init__(self, create: Callable[[], wgpu.GPUBindGroup], growing: list[GrowingBuffer]) -> None:
+        self._create, self._growing = create, growing
+        self._bound, self._bindings = self._buffers, create()
+
+    @property
+    def _buffers(self) -> list[wgpu.GPUBuffer]:
+        return [each.buffer for each in self._growing]
+
+    @property
+    def bindings(self) -> wgpu.GPUBindGroup:
+        if self._bound != self._buffers:
+            self._bound, self._bindings = self._buffers, self._create()
+        return self._bindings
+
+
 class Bindings:
     """Bind groups of a program, ready to be set."""
 
-    def __init__(self, groups: Mapping[int, wgpu.GPUBindGroup]) -> None:
+    def __init__(self, groups: Mapping[int, _Group]) -> None:
         self._groups = groups
 
     def set(self, encoder: Pass) -> None:
         """Make them the pass's own."""
-        for group, bindings in self._groups.items():
-            encoder.set_bind_group(group, bindings)
+        for number, group in self._groups.items():
+            encoder.set_bind_group(number, group.bindings)
 
 
 class _Program:
@@ -102,7 +121,7 @@ class _Program:
         self._gpu, self._shader, self._pipeline = gpu, shader, pipeline
         self._used = shader.resources_of(*entries)
         self._resources: dict[str, Resource] = self._checked(resources)
-        self._groups: dict[int, wgpu.GPUBindGroup] = {}
+        self._groups: dict[int, _Group] = {}
         missing = self._used - self._resources.keys()
         self._later = {shader.places[name][0] for name in missing}  # groups that `bind` completes
         for group in {shader.places[name][0] for name in self._used} - self._later:
@@ -117,16 +136,21 @@ class _Program:
             )
         return {name: resource for name, resource in resources.items() if name in self._used}
 
-    def _bind_group(self, group: int, resources: Mapping[str, Resource]) -> wgpu.GPUBindGroup:
-        entries = []
+    def _bind_group(self, group: int, resources: Mapping[str, Resource]) -> _Group:
+        bound: dict[int, Resource] = {}
         for name in sorted(self._used):
             if self._shader.places[name][0] != group:
                 continue
             if name not in resources:
                 raise ShaderError(f"{self._shader.name}: nothing is bound to {name}")
-            entries.append({"binding": self._shader.places[name][1], "resource": _entry(resources[name])})
+            bound[self._shader.places[name][1]] = resources[name]
         layout = self._pipeline.get_bind_group_layout(group)
-        return self._gpu.device.create_bind_group(layout=layout, entries=entries)
+
+        def create() -> wgpu.GPUBindGroup:
+            entries = [{"binding": binding, "resource": _entry(resource)} for binding, resource in bound.items()]
+            return self._gpu.device.create_bind_group(layout=layout, entries=entries)
+
+        return _Group(create, [resource for resource in bound.values() if isinstance(resource, GrowingBuffer)])
 
     def bind(self, **changing: Resource) -> Bindings:
         """Bindings in which some resources are others than, or come beside, those that the program was made with.
@@ -150,6 +174,8 @@ def _entry(resource: Resource) -> Any:
             return {"buffer": buffer, "offset": offset, "size": size}
         case wgpu.GPUBuffer():
             return {"buffer": resource}
+        case GrowingBuffer(buffer=buffer):
+            return {"buffer": buffer}
         case wgpu.GPUTexture():
             return resource.create_view()
         case _:

@@ -59,7 +59,7 @@ class SceneBuffers:
         self.solid_count = geometry.solid_count
         self.diagonal = geometry.diagonal
         self.bytes = 0
-        self.tree: Any = None  # of the triangles, once somebody asks for rays (passes/bvh/bvh.py)
+        self.tree: Any = None  # of the triangles, once somebody asks for rays (visibility/rays/tree.py)
         vertex, index = _USAGE.STORAGE | _USAGE.VERTEX, _USAGE.STORAGE | _USAGE.INDEX
         self.positions = self._buffer(geometry.positions, vertex, "the vertex positions")
         self.indices = self._buffer(geometry.triangles, index, "the triangles")
@@ -71,12 +71,12 @@ class SceneBuffers:
         materials = [_material_record(material, index_of) for material in geometry.materials]
         pages, records, self.warnings = build_pages(textures, gpu.limit("max-texture-dimension-2d"))
         self.materials = self._buffer(
-            np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, ""
+            np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, "the materials"
         )
         self.textures = self._buffer(
             np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8),
             _USAGE.STORAGE,
-            "",
+            "the records of textures",
         )
         self.pages = self._pages(pages)
         self.pages_view = self.pages.create_view(dimension="2d-array")
@@ -88,12 +88,14 @@ class SceneBuffers:
     def move(self, geometry: Geometry) -> None:
         """Replace positions, normals and face normals after nodes moved; of the counts only solid_count may change."""
         self.geometry, self.diagonal, self.solid_count = geometry, geometry.diagonal, geometry.solid_count
-        queue = self.gpu.device.queue
-        queue.write_buffer(self.positions, 0, geometry.positions)
-        queue.write_buffer(self.indices, 0, geometry.triangles)
-        queue.write_buffer(self.attributes, 0, _attributes(geometry))
-        queue.write_buffer(self.faces, 0, _faces(geometry))
-        queue.write_buffer(self.occluder_boxes, 0, _box_records(geometry))
+        for buffer, array in (
+            (self.positions, geometry.positions),
+            (self.indices, geometry.triangles),
+            (self.attributes, _attributes(geometry)),
+            (self.faces, _faces(geometry)),
+            (self.occluder_boxes, _box_records(geometry)),
+        ):
+            self.gpu.write(buffer, 0, array, what="scene")
 
     @property
     def resources(self) -> dict[str, Resource]:
@@ -123,21 +125,19 @@ class SceneBuffers:
 
     def _buffer(self, array: np.ndarray, usage: int, what: str) -> wgpu.GPUBuffer:
         size = max(-(-array.nbytes // 16) * 16, 256)
-        self.gpu.check_buffer(size, what)
         self.bytes += size
-        buffer = self.gpu.device.create_buffer(size=size, usage=usage | _USAGE.COPY_DST)
+        buffer = self.gpu.buffer(size, usage, what)
         if array.nbytes:
-            self.gpu.device.queue.write_buffer(buffer, 0, np.ascontiguousarray(array))
+            self.gpu.write(buffer, 0, np.ascontiguousarray(array), what="scene")
         return buffer
 
     def _pages(self, pages: np.ndarray) -> wgpu.GPUTexture:
         count, size = pages.shape[:2]
         self.bytes += pages.nbytes
         usage = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
-        texture = self.gpu.device.create_texture(size=(size, size, count), format="rgba8unorm", usage=usage)
+        texture = self.gpu.layered_texture((size, size), count, "rgba8unorm", usage, "the scene's textures")
         for layer in range(count):  # one by one: a single copy would double a large scene's memory
-            destination = {"texture": texture, "origin": (0, 0, layer)}
-            self.gpu.device.queue.write_texture(destination, pages[layer], {"bytes_per_row": 4 * size}, (size, size, 1))
+            self.gpu.write_texture(texture, layer, pages[layer])
         return texture
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import wgpu
 
@@ -19,9 +21,8 @@ class PassTimer:
         self.names: list[str] = []
         self.untimed = 0
         if self.enabled:
-            self._queries = gpu.device.create_query_set(type="timestamp", count=CAPACITY)
-            usage = wgpu.BufferUsage.QUERY_RESOLVE | wgpu.BufferUsage.COPY_SRC
-            self.buffer = gpu.device.create_buffer(size=8 * CAPACITY, usage=usage)
+            self._queries = gpu.timestamps(CAPACITY)
+            self.buffer = gpu.buffer(8 * CAPACITY, wgpu.BufferUsage.QUERY_RESOLVE, "the timestamps")
 
     def begin_frame(self) -> None:
         self.names.clear()
@@ -46,10 +47,11 @@ class PassTimer:
         if self.names:
             encoder.resolve_query_set(self._queries, 0, 2 * len(self.names), self.buffer, 0)
 
-    def milliseconds(self, stamps: np.ndarray) -> dict[str, float]:
-        """`stamps` (2 × passes,) uint64 nanoseconds, as resolved, to milliseconds by pass name."""
-        result: dict[str, float] = {}
-        for index, name in enumerate(self.names):
-            duration = int(stamps[2 * index + 1]) - int(stamps[2 * index])
-            result[name] = result.get(name, 0.0) + max(duration, 0) / 1e6
-        return result
+
+def milliseconds(names: Sequence[str], stamps: np.ndarray) -> dict[str, float]:
+    """`stamps` (2 × passes,) uint64 nanoseconds, as resolved, to milliseconds by the names of the passes."""
+    result: dict[str, float] = {}
+    for index, name in enumerate(names):
+        duration = int(stamps[2 * index + 1]) - int(stamps[2 * index])
+        result[name] = result.get(name, 0.0) + max(duration, 0) / 1e6
+    return result

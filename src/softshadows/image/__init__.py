@@ -1,1 +1,1 @@
-"""Images once they are rendered: displayed, written to files, averaged."""
+"""Images once they are rendered: displayed and written to files."""

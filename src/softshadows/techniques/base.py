@@ -157,6 +157,8 @@ class Technique(ABC):
     name: ClassVar[str]
     light_kinds: ClassVar[frozenset[str]]
     presets: ClassVar[Presets] = {}
+    refines: ClassVar[bool] = False
+    """Does it take other samples of the light in every frame that is refined?"""
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True)(cls)

@@ -44,13 +44,11 @@ class GBuffer:
     """
 
     def __init__(self, gpu: Gpu, scene: SceneBuffers, size: tuple[int, int]) -> None:
-        gpu.check_texture(*size, "the image")
-        self._gpu, self._scene, self.size = gpu, scene, size
-        device = gpu.device
+        self._gpu, self.scene, self.size = gpu, scene, size
         self.bytes = BYTES_PER_PIXEL * size[0] * size[1]
 
         def texture(format: str, usage: int) -> wgpu.GPUTexture:
-            return device.create_texture(size=(*size, 1), format=format, usage=usage)
+            return gpu.texture(size, format, usage, "the image")
 
         read = _USAGE.TEXTURE_BINDING | _USAGE.STORAGE_BINDING | _USAGE.COPY_SRC
         self._numbers = texture("r32uint", _USAGE.RENDER_ATTACHMENT | _USAGE.TEXTURE_BINDING)
@@ -61,8 +59,7 @@ class GBuffer:
         self.material = texture("rgba32uint", read)
         self.position_view, self.normal_view = self.position.create_view(), self.normal.create_view()
         self.material_view = self.material.create_view()
-        buffer = wgpu.BufferUsage.UNIFORM | wgpu.BufferUsage.COPY_DST
-        self.uniforms = device.create_buffer(size=dtype(FrameUniforms).itemsize, usage=buffer)
+        self.uniforms = gpu.buffer(dtype(FrameUniforms).itemsize, wgpu.BufferUsage.UNIFORM, "the camera")
 
         self.receiver_layout, self.receiver_bindings = self._bind_receivers()
         seen: dict[str, Resource] = {**scene.resources, "frame": self.uniforms}
@@ -123,14 +120,14 @@ class GBuffer:
             camera_up_ws=tuple(up),
             tan_half_height=half,
             camera_back_ws=tuple(back),
-            near=max(1e-5 * self._scene.diagonal, 1e-6),
+            near=max(1e-5 * self.scene.diagonal, 1e-6),
             size=self.size,
             pixel_extent=camera.pixel_extent(height),
         )
-        self._gpu.device.queue.write_buffer(self.uniforms, 0, pack(uniforms))
+        self._gpu.write(self.uniforms, 0, pack(uniforms), what="camera")
 
     def encode(self, commands: Commands) -> None:
-        scene = self._scene
+        scene = self.scene
         color = {"view": self._numbers_view, "load_op": "clear", "store_op": "store", "clear_value": (0, 0, 0, 0)}
         depth = {
             "view": self._depth_view,

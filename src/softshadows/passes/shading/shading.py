@@ -9,8 +9,9 @@ import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
+from softshadows.gpu.growing import GrowingBuffer
 from softshadows.gpu.layout import dtype, pack
-from softshadows.gpu.program import Program
+from softshadows.gpu.program import Program, Resource
 from softshadows.lights import record
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import Light
@@ -19,16 +20,13 @@ from softshadows.scene.lights import Light
 class Shading:
     """The pass and its image `color`: rgba32float, linear radiance, alpha 1 on surfaces and 0 elsewhere."""
 
-    def __init__(self, gpu: Gpu, gbuffer: GBuffer, visibility: wgpu.GPUBuffer, light_count: int) -> None:
-        device, usage = gpu.device, wgpu.TextureUsage
+    def __init__(self, gpu: Gpu, gbuffer: GBuffer, visibility: Resource) -> None:
         self._gpu, self._groups = gpu, (-(-gbuffer.size[0] // 8), -(-gbuffer.size[1] // 8))
-        self.color = device.create_texture(
-            size=(*gbuffer.size, 1), format="rgba32float", usage=usage.STORAGE_BINDING | usage.COPY_SRC
-        )
-        buffer = wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_DST
-        self._lights = device.create_buffer(size=max(light_count, 1) * dtype(record.Light).itemsize, usage=buffer)
+        usage = wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
+        self.color = gpu.texture(gbuffer.size, "rgba32float", usage, "the colour")
+        self._lights = GrowingBuffer(gpu, dtype(record.Light).itemsize, "the lights")
         tables = [self._table(table) for table in record.specular_tables()]
-        self.bytes = 16 * gbuffer.size[0] * gbuffer.size[1] + self._lights.size
+        self._image_bytes = 16 * gbuffer.size[0] * gbuffer.size[1]
 
         self._shade = Program(
             gpu,
@@ -47,20 +45,23 @@ class Shading:
 
     def _table(self, table: np.ndarray) -> wgpu.GPUTexture:
         height, width, channels = table.shape
-        texture = self._gpu.device.create_texture(
-            size=(width, height, 1),
-            format={2: "rg32float", 4: "rgba32float"}[channels],
-            usage=wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST,
-        )
-        layout = {"bytes_per_row": 4 * channels * width, "rows_per_image": height}
-        self._gpu.device.queue.write_texture({"texture": texture}, table, layout, texture.size)
+        usage = wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_DST
+        format = {2: "rg32float", 4: "rgba32float"}[channels]
+        texture = self._gpu.texture((width, height), format, usage, "a table of specular light")
+        self._gpu.write_texture(texture, 0, table)
         return texture
 
+    @property
+    def bytes(self) -> int:
+        """On the GPU."""
+        return self._image_bytes + self._lights.size
+
     def set_lights(self, lights: Sequence[Light]) -> None:
-        """Write the lights, as many as the pass was made for."""
+        """Write the lights."""
         if lights:
-            records = pack(*(record.light_record(light, index) for index, light in enumerate(lights)))
-            self._gpu.device.queue.write_buffer(self._lights, 0, records)
+            data = pack(*(record.light_record(light, index) for index, light in enumerate(lights)))
+            self._lights.hold(len(data))
+            self._gpu.write(self._lights.buffer, 0, data, what="light")
 
     def encode(self, commands: Commands) -> None:
         with commands.compute("shading") as compute:

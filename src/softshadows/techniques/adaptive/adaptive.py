@@ -92,6 +92,7 @@ class Adaptive(Technique):
 
     name: ClassVar[str] = "adaptive"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "line"})
+    refines: ClassVar[bool] = True
 
     max_depth: int = option(default=4, help="how often the light may be halved; 4 gives 289 maps", low=0, high=DEEPEST)
     refinement: str = option(

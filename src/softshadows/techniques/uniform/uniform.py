@@ -92,6 +92,7 @@ class Uniform(Technique):
 
     name: ClassVar[str] = "uniform"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
+    refines: ClassVar[bool] = True
 
     grid: int = option(default=17, help="light samples along each side of the light", low=1, high=64)
     weights: str = option(

@@ -1,0 +1,119 @@
+"""What draws a frame at one size, and the images that it fills."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import wgpu
+
+from softshadows.gpu.device import Gpu
+from softshadows.gpu.growing import GrowingBuffer
+from softshadows.gpu.readback import Readback, StatisticsRing
+from softshadows.gpu.timing import CAPACITY, PassTimer
+from softshadows.passes.gbuffer.gbuffer import GBuffer
+from softshadows.passes.mean.mean import Mean
+from softshadows.passes.shading.shading import Shading
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext, Technique
+from softshadows.techniques.light_groups import LightGroups
+
+
+@dataclass(frozen=True)
+class Images:
+    """A frame on the GPU, of the renderer's size; row 0 is the top.
+
+    color: rgba32float, linear radiance, alpha 1 on surfaces and 0 elsewhere; visibility: array<f32>, [light][y][x], 1
+    where there is no surface; position: rgba32float, world space and view depth, 0 where there is no surface; normal:
+    rgba32float, geometric, facing the viewer. All may be bound: textures as such, visibility as a storage buffer.
+    """
+
+    color: wgpu.GPUTexture
+    visibility: wgpu.GPUBuffer
+    position: wgpu.GPUTexture
+    normal: wgpu.GPUTexture
+
+
+@dataclass(frozen=True)
+class Submitted:
+    """What the CPU knows of a frame: its number, counted from 1, its lights, its timed passes, and what it cost."""
+
+    number: int
+    lights: list[Light]
+    pass_names: list[str]
+    cpu_ms: float
+    submits: int
+
+
+class FramePasses:
+    """Everything of a frame behind the G-buffer, which passes opened together for one camera and size may share.
+
+    `technique_of` names the technique of a light by its index. `prepare` comes first.
+    """
+
+    def __init__(self, gpu: Gpu, gbuffer: GBuffer, technique_of: Callable[[int], Technique]) -> None:
+        self._gpu, self._technique_of = gpu, technique_of
+        self.gbuffer, self.timer = gbuffer, PassTimer(gpu)
+        self._visibility = GrowingBuffer(gpu, 4 * gbuffer.size[0] * gbuffer.size[1], "the visibility")
+        self.shading = Shading(gpu, gbuffer, self._visibility)
+        self._mean: Mean | None = None
+        self.groups = self._make_groups()
+        self._light_count = -1
+
+    def _make_groups(self) -> LightGroups:
+        context = RenderContext(self._gpu, self.gbuffer.scene, self.gbuffer, self._visibility.buffer)
+        return LightGroups(context, self._technique_of)
+
+    @property
+    def images(self) -> Images:
+        """What the last frame filled; a frame with more lights may bring another visibility."""
+        return Images(self.shading.color, self._visibility.buffer, self.gbuffer.position, self.gbuffer.normal)
+
+    @property
+    def mean(self) -> Mean:
+        """Made when somebody refines."""
+        if self._mean is None:
+            self._mean = Mean(self._gpu, self._visibility, self.shading.color)
+        return self._mean
+
+    def forget_mean(self) -> None:
+        """A frame of it was lost."""
+        if self._mean is not None:
+            self._mean.forget()
+
+    @property
+    def bytes(self) -> int:
+        """Of everything but the scene."""
+        images = self.gbuffer.bytes + self._visibility.size + self.shading.bytes + self.readback.size + self.ring.size
+        return images + self.groups.bytes + (self._mean.bytes if self._mean is not None else 0)
+
+    def prepare(self, light_count: int) -> None:
+        """Make room for so many lights, and build the passes that they ask for."""
+        if light_count == self._light_count:
+            return
+        width, height = self.gbuffer.size
+        before = self._visibility.buffer
+        self._visibility.hold(4 * light_count * width * height)
+        if self._visibility.buffer is not before:
+            self.groups = self._make_groups()
+        self.groups.prepare(light_count)
+        self.readback = self._statistics()
+        self.readback.add_texture("color", self.shading.color, "<f4", 4)
+        self.readback.add_texture("position", self.gbuffer.position, "<f4", 4)
+        self.readback.add_texture("normal", self.gbuffer.normal, "<f4", 4)
+        self.readback.add_buffer("visibility", self._visibility, "<f4", (light_count, height, width))
+        self.ring: StatisticsRing[Submitted] = StatisticsRing(self._statistics)
+        self._light_count = light_count
+
+    def _statistics(self) -> Readback:
+        """A read-back of all that is no image."""
+        readback = Readback(self._gpu)
+        if self.timer.enabled:
+            readback.add_buffer("stamps", self.timer.buffer, "<u8", (CAPACITY,))
+        for name, (buffer, dtype, shape) in self.groups.results.items():
+            readback.add_buffer(name, buffer, dtype, shape)
+        return readback
+
+    def release(self) -> None:
+        """Destroy what is on the GPU, the G-buffer apart."""
+        self._gpu.release()

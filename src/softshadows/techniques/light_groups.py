@@ -1,0 +1,77 @@
+"""The techniques of a frame: every light has one, and lights that have the same share a pass."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+import wgpu
+
+from softshadows.gpu.commands import Commands
+from softshadows.scene.lights import Light
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass
+
+
+class LightGroups:
+    """One pass per technique at work. `technique_of` names the technique of a light by its index."""
+
+    def __init__(self, context: RenderContext, technique_of: Callable[[int], Technique]) -> None:
+        self._context, self._technique_of = context, technique_of
+        self._passes: dict[Technique, TechniquePass] = {}
+        self._at_work: list[TechniquePass] = []
+
+    def prepare(self, light_count: int) -> None:
+        """Build the passes that so many lights ask for, where they are not there yet."""
+        for technique in dict.fromkeys(self._technique_of(index) for index in range(max(light_count, 1))):
+            if technique not in self._passes:
+                self._passes[technique] = technique.build(self._context)
+
+    def write(self, lights: Sequence[Light], refinements: int) -> None:
+        """Give every pass its lights."""
+        groups: dict[Technique, list[Light]] = {}
+        for index, light in enumerate(lights):
+            groups.setdefault(self._technique_of(index), []).append(light)
+        assert len(groups) <= 1, "a pass does not know yet which layers are its own"
+        self._at_work = [self._passes[technique] for technique in groups]
+        for each, group in zip(self._at_work, groups.values(), strict=True):
+            each.refinements = refinements
+            each.set_lights(group)
+
+    def encode(self, commands: Commands) -> None:
+        for each in self._at_work:
+            each.encode(commands)
+
+    @property
+    def passes(self) -> list[TechniquePass]:
+        """All that have been built."""
+        return [*self._passes.values()]
+
+    @property
+    def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
+        """The passes' results, for the read-back."""
+        return {
+            f"{number}.{name}": result
+            for number, each in enumerate(self._passes.values())
+            for name, result in each.results.items()
+        }
+
+    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+        """Hand every pass its own."""
+        for number, each in enumerate(self._passes.values()):
+            each.take_results({name: results[f"{number}.{name}"] for name in each.results})
+
+    @property
+    def shadow_maps(self) -> int:
+        return sum(each.shadow_maps for each in self._at_work)
+
+    @property
+    def lookups_per_pixel(self) -> float:
+        return sum(each.lookups_per_pixel for each in self._at_work)
+
+    @property
+    def warnings(self) -> list[str]:
+        return [warning for each in self._at_work for warning in each.warnings]
+
+    @property
+    def bytes(self) -> int:
+        return sum(each.bytes for each in self._passes.values())
