@@ -44,6 +44,13 @@ class Small(Struct):
     b: Vec2f
 
 
+class Outer(Struct):
+    a: U32
+    b: Small
+    c: F32
+    d: Awkward
+
+
 SHARED = [
     FrameUniforms, Light, scene_buffers.VertexAttributes, scene_buffers.MaterialRecord, texture_pages.TextureRecord,
     Chunk, structs.ShadowMaps, structs.ShadowView, structs.ReceiverBox, structs.OccluderBox,
@@ -138,3 +145,26 @@ def test_an_array_at_the_end_follows_its_struct(tmp_path: Path) -> None:
     assert np.frombuffer(data, dtype(LightSamples), 1)[0].tolist()[:2] == (2, 2.5)
     rows = np.frombuffer(data, np.float32, offset=dtype(LightSamples).itemsize).reshape(-1, 4)
     assert rows.tolist() == [[7.0, 8.0, 2.0, 0.0], [5.0, 6.0, 0.5, 0.0], [3.0, 4.0, 2.0, 0.0], [1.0, 2.0, 0.5, 0.0]]
+
+
+def test_a_struct_within_a_struct(tmp_path: Path) -> None:
+    """It begins at a multiple of its alignment, and takes its whole size."""
+    made = dtype(Outer)
+    assert made.fields is not None
+    assert [made.fields[name][1] for name in "abcd"] == [0, 8, 24, 32]
+    assert made.itemsize == 32 + dtype(Awkward).itemsize
+    awkward = Awkward(a=1.5, b=(2.0, 3.0, 4.0), c=5, d=(6.0, 7.0), e=-8, f=(9.0, 1.0, 2.0, 3.0), g=(4, 5), h=(6, 7, 8))
+    data = pack(Outer(a=1, b=Small(a=2, b=(0.5, -0.5)), c=3.0, d=awkward))
+    shader = tmp_path / "copy.wgsl"
+    shader.write_text(
+        "//#struct Outer\n"
+        "@group(0) @binding(0) var<storage, read_write> result: Outer;\n"
+        "@group(0) @binding(1) var<storage, read> value: Outer;\n"
+        "@compute @workgroup_size(1) fn cs_copy() {\n"
+        "    result.b = value.b;\n    result.d.e = value.d.e;\n    result.d.h = value.d.h;\n}\n",
+        encoding="utf-8",
+    )
+    copied = np.frombuffer(run(shader, data, 1), made)[0]
+    assert copied["a"] == 0
+    assert (copied["b"]["a"], copied["b"]["b"].tolist()) == (2, [0.5, -0.5])
+    assert (copied["d"]["e"], copied["d"]["h"].tolist()) == (-8, [6.0, 7.0, 8.0])

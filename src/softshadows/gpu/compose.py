@@ -17,7 +17,7 @@ from pathlib import Path
 import wgpu
 
 from softshadows.errors import ShaderError
-from softshadows.gpu.layout import struct_named, wgsl
+from softshadows.gpu.layout import nested, struct_named, wgsl
 
 PACKAGE = Path(__file__).resolve().parent.parent
 """Where paths of includes and stand-ins begin."""
@@ -56,6 +56,8 @@ def compose(path: Path, stand_ins: Mapping[str, str] | None = None) -> Source:
     def declare(struct: str, where: str) -> None:
         if struct not in done:
             done.add(struct)
+            for inner in nested(struct_named(struct, where)):
+                declare(inner.__name__, where)
             declaration = wgsl(struct_named(struct, where)).splitlines()
             lines.extend(declaration)
             origin.extend([(f"struct {struct}", 1)] * len(declaration))

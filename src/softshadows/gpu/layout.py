@@ -3,16 +3,19 @@
 For example:
 
     class Light(Struct):                        struct Light {
-        position_ws: Vec3f              ->          position_ws: vec3f,
+        center_ws: Vec3f                ->          center_ws: vec3f,
         kind: U32                                   kind: u32,
                                                 };
+
+A member may be a struct itself.
 """
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
 from functools import cache
-from typing import Annotated, dataclass_transform, get_type_hints
+from typing import Annotated, Any, dataclass_transform, get_type_hints
 
 import numpy as np
 import numpy.typing as npt
@@ -54,8 +57,16 @@ def struct_named(name: str, where: str) -> type[Struct]:
     return _STRUCTS[name]
 
 
-def _member(wgsl_type: str) -> tuple[str, int, int, int]:
-    """numpy scalar, components, alignment and size in bytes of a WGSL type (WGSL specification, section 14.4.1)."""
+def nested(struct: type[Struct]) -> list[type[Struct]]:
+    """The structs among its members."""
+    return [_STRUCTS[wgsl_type] for wgsl_type in _wgsl_types(struct).values() if wgsl_type in _STRUCTS]
+
+
+def _member(wgsl_type: str) -> tuple[str | np.dtype, int, int, int]:
+    """numpy type, components, alignment and size in bytes of a WGSL type (WGSL specification, section 14.4.1)."""
+    if wgsl_type in _STRUCTS:
+        inner = dtype(_STRUCTS[wgsl_type])
+        return inner, 1, _alignment(_STRUCTS[wgsl_type]), inner.itemsize
     if wgsl_type.startswith("array"):
         return "<f4", 0, 16, 0
     if wgsl_type.startswith("vec"):
@@ -65,8 +76,14 @@ def _member(wgsl_type: str) -> tuple[str, int, int, int]:
 
 
 def _wgsl_types(struct: type[Struct]) -> dict[str, str]:
-    hints = get_type_hints(struct, include_extras=True)
-    return {field.name: hints[field.name].__metadata__[0] for field in fields(struct)}  # type: ignore[arg-type]
+    types = {}
+    for name, hint in get_type_hints(struct, include_extras=True).items():
+        types[name] = hint.__name__ if hint in _STRUCTS.values() else hint.__metadata__[0]
+    return types
+
+
+def _alignment(struct: type[Struct]) -> int:
+    return max(_member(wgsl_type)[2] for wgsl_type in _wgsl_types(struct).values())
 
 
 @cache
@@ -75,14 +92,14 @@ def dtype(struct: type[Struct]) -> np.dtype:
 
     An array at its end counts as empty.
     """
-    names, formats, offsets, end, largest = [], [], [], 0, 4
+    names, formats, offsets, end, largest = [], [], [], 0, _alignment(struct)
     for name, wgsl_type in _wgsl_types(struct).items():
         scalar, count, alignment, size = _member(wgsl_type)
         offset = -(-end // alignment) * alignment
         names.append(name)
         formats.append(scalar if count == 1 else (scalar, (count,)))
         offsets.append(offset)
-        end, largest = offset + size, max(largest, alignment)
+        end = offset + size
     return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": -(-end // largest) * largest})
 
 
@@ -97,10 +114,17 @@ def pack(*values: Struct) -> bytes:
     array = np.zeros(len(values), dtype(type(values[0])))
     rows = b""  # of the array at the struct's end
     for index, value in enumerate(values):
-        for name, member in asdict(value).items():  # type: ignore[call-overload]
-            if isinstance(member, np.ndarray):
-                assert len(values) == 1, "structs that end in an array have no array"
-                rows = member.astype("<f4").tobytes()
-            else:
-                array[index][name] = member
+        members: dict[str, Any] = asdict(value)  # type: ignore[call-overload]
+        for name in [name for name, member in members.items() if isinstance(member, np.ndarray)]:
+            assert len(values) == 1, "structs that end in an array have no array"
+            rows = np.asarray(members.pop(name), "<f4").tobytes()
+        _fill(array[index], members)
     return array.tobytes() + rows
+
+
+def _fill(row: np.void, members: Mapping[str, Any]) -> None:
+    for name, member in members.items():
+        if isinstance(member, Mapping):
+            _fill(row[name], member)
+        else:
+            row[name] = member

@@ -11,3 +11,8 @@ fn to_light_space(light: Light, vector_ws: vec3f) -> vec3f {
 fn visibility_index(light: Light, pixel: vec2u, size: vec2u) -> u32 {
     return (light.index * size.y + pixel.y) * size.x + pixel.x;
 }
+
+// Without size: a point, or a direction.
+fn is_point(light: Light) -> bool {
+    return max(light.half_width, light.half_height) == 0.0;
+}

@@ -10,7 +10,7 @@ fn horizon(receiver: WedgeReceiver) -> vec3f {
 // The share of the light above the horizon: the area of a square that a line cuts (papers' O2).
 fn share_above_horizon(receiver: WedgeReceiver) -> f32 {
     let height = horizon(receiver);
-    if light.is_point == 1u {
+    if is_point(side.light) {
         return select(0.0, 1.0, height.x > 0.0);
     }
     let wide = max(abs(height.y), abs(height.z));

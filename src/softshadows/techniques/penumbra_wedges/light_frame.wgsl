@@ -6,17 +6,18 @@
 // homogeneous, so that edges are cut at the light's border before anything is divided, and what is not between the
 // receiver and the light falls away by itself. [Forest2006 §4.2]
 
-//#struct WedgeLight
+//#include "lights/light.wgsl"
+//#struct WedgeSide
 //#struct WedgeEdge
 //#struct WedgeCluster
 
 fn to_light_units(vector_ws: vec3f) -> vec3f {
-    return vec3f(dot(vector_ws, light.right_per_half), dot(vector_ws, light.up_per_half), dot(vector_ws, light.back_ws));
+    return vec3f(dot(vector_ws, side.right_per_half), dot(vector_ws, side.up_per_half), dot(vector_ws, side.back_ws));
 }
 
 // The normal of a plane, so that its product with a vector in light units is that with the vector in metres.
 fn normal_in_light_units(normal_ws: vec3f) -> vec3f {
-    return vec3f(dot(normal_ws, light.right_half_ws), dot(normal_ws, light.up_half_ws), dot(normal_ws, light.back_ws));
+    return vec3f(dot(normal_ws, side.right_half_ws), dot(normal_ws, side.up_half_ws), dot(normal_ws, side.back_ws));
 }
 
 fn on_light(receiver: vec3f, point: vec3f) -> vec3f {

@@ -4,7 +4,7 @@
 //#include "gpu/scene.wgsl"
 //#include "light_frame.wgsl"
 
-@group(0) @binding(0) var<storage, read> light: WedgeLight;
+@group(0) @binding(0) var<storage, read> side: WedgeSide;
 @group(2) @binding(0) var<storage, read> edge_records: array<vec4u>;       // edge_buffers.py
 @group(2) @binding(1) var<storage, read> triangle_records: array<vec4u>;
 @group(2) @binding(2) var<storage, read> cluster_ranges: array<vec2u>;     // first edge, how many; then the same of triangles
@@ -23,7 +23,7 @@ var<workgroup> lowest: array<vec3f, CLUSTER>;
 var<workgroup> highest: array<vec3f, CLUSTER>;
 
 fn vertex_in_light_units(vertex: u32) -> vec3f {
-    return to_light_units(vertex_position_ws(vertex) - light.center_ws);
+    return to_light_units(vertex_position_ws(vertex) - side.center_ws);
 }
 
 @compute @workgroup_size(64)
@@ -64,7 +64,7 @@ fn cuts_light(side: u32) -> bool {
 @compute @workgroup_size(64)
 fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let cluster = linear_group(group);
-    if cluster >= light.edge_cluster_count {
+    if cluster >= side.edge_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];
@@ -101,8 +101,8 @@ fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index
 
 @compute @workgroup_size(64)
 fn cs_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let cluster = light.edge_cluster_count + linear_group(group);
-    if linear_group(group) >= light.triangle_cluster_count {
+    let cluster = side.edge_cluster_count + linear_group(group);
+    if linear_group(group) >= side.triangle_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];

@@ -8,7 +8,7 @@
 @group(1) @binding(2) var<storage, read> planes: array<vec4f>;
 @group(1) @binding(3) var<storage, read> triangle_records: array<vec4u>;
 @group(1) @binding(4) var<storage, read_write> visibility: array<f32>;
-@group(2) @binding(0) var<storage, read> light: WedgeLight;
+@group(2) @binding(0) var<storage, read> side: WedgeSide;
 @group(3) @binding(0) var<uniform> band: TileBand;
 
 //#include "light_frame.wgsl"
@@ -33,9 +33,9 @@ fn wedge_receiver(group: vec2u, local: vec2u) -> WedgeReceiver {
     let surface = load_receiver(pixel);
     receiver.exists = true;
     receiver.is_surface = surface.is_surface;
-    receiver.pixel = light.visibility_offset + pixel.y * frame.size.x + pixel.x;
+    receiver.pixel = visibility_index(side.light, pixel, frame.size);
     // Free of its own surface by more than rounding can take back.
-    receiver.point = to_light_units(surface.position_ws + surface.normal_ws * light.receiver_offset - light.center_ws);
+    receiver.point = to_light_units(surface.position_ws + surface.normal_ws * side.receiver_offset - side.center_ws);
     receiver.normal = normal_in_light_units(surface.normal_ws);
     receiver.is_lightable = surface.is_surface && receiver.point.z < 0.0;
     return receiver;
@@ -49,7 +49,7 @@ fn state_index(group: vec2u, lane: u32) -> u32 {
 
 // The result. Behind a one-sided light there is darkness; a two-sided one comes twice, and its second side leaves the first's be.
 fn write_visibility(receiver: WedgeReceiver, share: f32) {
-    if receiver.exists && (receiver.is_lightable || light.is_second_side == 0u) {
+    if receiver.exists && (receiver.is_lightable || side.is_second_side == 0u) {
         let dark_or_empty = select(1.0, 0.0, receiver.is_surface);
         visibility[receiver.pixel] = select(dark_or_empty, share, receiver.is_lightable);
     }

@@ -218,9 +218,9 @@ fn add_shared_edge(index: u32, receiver: vec3f) {
 }
 
 fn add_occluders(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
-    layers += layers_in(lane, receiver, light.edge_cluster_count, light.triangle_cluster_count, walk);
-    if !(*walk).is_paused && light.is_point == 0u {
-        add_edges(lane, receiver, 0u, light.edge_cluster_count, walk);
+    layers += layers_in(lane, receiver, side.edge_cluster_count, side.triangle_cluster_count, walk);
+    if !(*walk).is_paused && !is_point(side.light) {
+        add_edges(lane, receiver, 0u, side.edge_cluster_count, walk);
     }
 }
 
@@ -251,7 +251,7 @@ fn above_horizon(receiver: WedgeReceiver, row: u32) -> u32 {
 }
 
 fn visible_share(receiver: WedgeReceiver) -> f32 {
-    if light.is_point == 1u {
+    if is_point(side.light) {
         return select(share_above_horizon(receiver), 0.0, any(layers > vec2u(0u)));
     }
     for (var word = 0u; word < WORDS; word++) {

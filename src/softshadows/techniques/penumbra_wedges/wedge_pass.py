@@ -21,6 +21,8 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
 from softshadows.gpu.program import Bindings, Program
+from softshadows.lights.record import Light as LightRecord
+from softshadows.lights.record import light_record
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
@@ -43,11 +45,12 @@ THINNEST = 1e-3
 """A light's shorter side over its longer one; a thinner light is taken for one of this shape (papers.md, section 6)."""
 
 
-class WedgeLight(Struct):
+class WedgeSide(Struct):
     """One side of a light (light_frame.wgsl)."""
 
-    center_ws: Vec3f
-    visibility_offset: U32
+    light: LightRecord
+    center_ws: Vec3f  # before the light by receiver_offset
+    receiver_offset: F32  # metres
     right_per_half: Vec3f  # right over half the width: what turns metres into light units
     object_count: U32
     up_per_half: Vec3f
@@ -55,10 +58,8 @@ class WedgeLight(Struct):
     back_ws: Vec3f
     triangle_cluster_count: U32
     right_half_ws: Vec3f  # right times half the width
-    is_point: U32
-    up_half_ws: Vec3f
     is_second_side: U32
-    receiver_offset: F32  # metres
+    up_half_ws: Vec3f
 
 
 class TileBand(Struct):
@@ -71,14 +72,14 @@ class TileBand(Struct):
 class LightSide:
     """One side of one light: its buffers, and the bindings that hold them, those of visibility band by band."""
 
-    light: wgpu.GPUBuffer
+    record: wgpu.GPUBuffer
     objects: wgpu.GPUBuffer
     silhouettes: list[Bindings]
     visibility: list[Bindings]
 
     @property
     def bytes(self) -> int:
-        return self.light.size + self.objects.size
+        return self.record.size + self.objects.size
 
 
 class WedgePass(TechniquePass):
@@ -189,14 +190,14 @@ class WedgePass(TechniquePass):
 
     def _new_side(self) -> LightSide:
         gpu = self._context.gpu
-        light = gpu.storage_buffer(dtype(WedgeLight).itemsize, "a light")
+        record = gpu.storage_buffer(dtype(WedgeSide).itemsize, "a side of a light")
         size = dtype(WedgeObject).itemsize * max(self._edges.silhouette_count, 1)
         objects = gpu.storage_buffer(size, "the objects")
-        own = {"light": light} if self._constants is None else {"light": light, "objects": objects}
+        own = {"side": record} if self._constants is None else {"side": record, "objects": objects}
         return LightSide(
-            light,
+            record,
             objects,
-            silhouettes=[program.bind(light=light) for program in self._silhouettes],
+            silhouettes=[program.bind(side=record) for program in self._silhouettes],
             visibility=[self._visibility.bind(band=band, **own) for band in self._bands],
         )
 
@@ -212,11 +213,12 @@ class WedgePass(TechniquePass):
         extent = max(np.abs(corners).max() for corners in (bounds, light.center, bounds - light.center))
         offset = RECEIVER_OFFSET * float(extent)
         center = light.center - back * offset
-        edges, (width, height) = self._edges, self._context.gbuffer.size
+        edges = self._edges
         objects = edges.silhouettes(np.stack([right / a, up / b, back]), center)
-        uniforms = WedgeLight(
+        record = WedgeSide(
+            light=light_record(light, layer),
             center_ws=tuple(center),
-            visibility_offset=layer * width * height,
+            receiver_offset=offset,
             right_per_half=tuple(right / a),
             object_count=len(objects),
             up_per_half=tuple(up / b),
@@ -224,12 +226,10 @@ class WedgePass(TechniquePass):
             back_ws=tuple(back),
             triangle_cluster_count=edges.triangle_cluster_count,
             right_half_ws=tuple(right * a),
-            is_point=int(is_point),
             up_half_ws=tuple(up * b),
             is_second_side=int(is_second),
-            receiver_offset=offset,
         )
-        self._context.gpu.write(side.light, 0, pack(uniforms), what="light")
+        self._context.gpu.write(side.record, 0, pack(record), what="light")
         if len(objects):
             self._context.gpu.write(side.objects, 0, objects, what="light")
 

@@ -77,7 +77,7 @@ fn add_object(lane: u32, receiver: WedgeReceiver, object: WedgeObject, walk: ptr
         begin_silhouette(winding_number(object, layers));
     }
     weights = vec2f(object.front, object.back);
-    if light.is_point == 0u {
+    if !is_point(side.light) {
         add_edges(lane, receiver, object.first_edge_cluster, object.edge_clusters, walk);
     }
 }
@@ -93,10 +93,10 @@ fn blend_object() {
 // All objects in the tile's shaft, from the light outward, or those up to a pause.
 fn add_occluders(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) {
     let shaft = shaft_to_light();
-    for (var start = (*walk).object; start < light.object_count; start += LANES) {
+    for (var start = (*walk).object; start < side.object_count; start += LANES) {
         spend(walk, 1u);
         var is_near = false;
-        if start + lane < light.object_count {
+        if start + lane < side.object_count {
             let object = objects[start + lane];
             is_near = box_in_shaft(shaft, object.low, object.high);
         }
