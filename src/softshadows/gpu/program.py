@@ -102,6 +102,14 @@ class _Group:
         return self._bindings
 
 
+def declared(
+    path: str, resources: Mapping[str, Resource], stand_ins: Mapping[str, str] | None = None
+) -> dict[str, Resource]:
+    """Those of the resources that a shader declares: for folders whose programs each take a few of many."""
+    places = load_shader(path, _frozen(stand_ins)).places
+    return {name: resource for name, resource in resources.items() if name in places}
+
+
 class Bindings:
     """Bind groups of a program, ready to be set."""
 

@@ -72,7 +72,8 @@ from softshadows.lights.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
-from softshadows.techniques.adaptive.sampling import REPORT_WORDS, TILE, AdaptiveSampling, SamplingOptions
+from softshadows.techniques.adaptive.sampling import REPORT_WORDS, AdaptiveSampling, SamplingOptions
+from softshadows.techniques.adaptive.tree_buffers import TILE
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
 from softshadows.techniques.common_options import (
     bias_option,
@@ -151,10 +152,7 @@ class AdaptivePass(TechniquePass):
     def __init__(self, context: RenderContext, technique: Adaptive) -> None:
         super().__init__()
         self._context, self._technique = context, technique
-        usage = wgpu.BufferUsage
-        self._report = context.gpu.device.create_buffer(
-            size=4 * REPORT_WORDS, usage=usage.STORAGE | usage.COPY_SRC | usage.COPY_DST
-        )
+        self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._samplings: dict[Lattice, AdaptiveSampling] = {}
         self._written: tuple[tuple[Light, ...], Geometry, int] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there

@@ -25,7 +25,7 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.adaptive import AdaptivePass
-from softshadows.techniques.adaptive.sampling import TILE
+from softshadows.techniques.adaptive.tree_buffers import TILE
 
 Floats = npt.NDArray[np.float32]
 Bools = npt.NDArray[np.bool_]
@@ -100,7 +100,7 @@ def read_decisions(renderer: Any) -> Decisions:
             "these pictures show adaptive sampling: render a frame with technique 'adaptive' and a light first"
         )
     sampling = work._turns[-1][0]
-    device, lattice = sampling._context.gpu.device, sampling._lattice
+    device, lattice = sampling._context.gpu.device, sampling.lattice
 
     def words(buffer: wgpu.GPUBuffer) -> Words:
         return np.asarray(device.queue.read_buffer(buffer)).view("<u4")
@@ -111,9 +111,9 @@ def read_decisions(renderer: Any) -> Decisions:
 
     def by_tree(name: str, rows: int) -> Bools:
         """(tiles down, tiles across, rows, columns), where all may share one tree."""
-        trees = (1, 1) if sampling._options.is_global else tiles
+        trees = (1, 1) if sampling.is_global else tiles
         found = _bits(
-            words(sampling._buffers[name])[: trees[0] * trees[1] * rows].reshape(*trees, rows), lattice.columns
+            words(getattr(sampling.buffers, name))[: trees[0] * trees[1] * rows].reshape(*trees, rows), lattice.columns
         )
         return np.broadcast_to(found, (*tiles, rows, lattice.columns))
 
@@ -126,7 +126,7 @@ def read_decisions(renderer: Any) -> Decisions:
         found = all_refined[:, :, first : first + rows, : max(lattice.columns - 1, 1) : lattice.spacing(level)]
         refined.append(found & (level < lattice.depth - refused))
         first += rows
-    remembered = _remembered(words(sampling._buffers["masks"]), lattice, tiles)[:height, :width]
+    remembered = _remembered(words(sampling.buffers.masks), lattice, tiles)[:height, :width]
     return Decisions(lattice, surface, requested, refined, remembered)
 
 
