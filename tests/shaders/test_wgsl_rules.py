@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from pathlib import Path
 
 import pytest
 
-import softshadows
+import softshadows.renderer
+from softshadows.gpu.compose import compose
 
 SOURCE = Path(softshadows.__file__).parent
 SHADERS = sorted(SOURCE.rglob("*.wgsl"))
+TEXTS = {path.relative_to(SOURCE).as_posix(): path.read_text(encoding="utf-8") for path in SHADERS}
 
 COMMENT = re.compile(r"//[^\n]*|/\*.*?\*/", re.DOTALL)
 TEMPLATE = re.compile(r"\b(?:array|atomic|bitcast|mat\dx\d|ptr|texture_\w+|var|vec\d)\s*(<[^<>;(){}]*>)")
@@ -79,10 +82,10 @@ def problems(text: str) -> list[str]:
     return [f"line {each[0][0]}: {found}" for each in expressions(text) if each and (found := problem(each))]
 
 
-@pytest.mark.parametrize("path", SHADERS, ids=lambda path: path.relative_to(SOURCE).as_posix())
-def test_operators_that_browsers_refuse_to_mix_have_brackets(path: Path) -> None:
+def test_operators_that_browsers_refuse_to_mix_have_brackets() -> None:
     """`a | b << c` compiles in naga, against the language: each browser refuses it."""
-    assert not problems(path.read_text(encoding="utf-8"))
+    found = {name: problems(text) for name, text in TEXTS.items()}
+    assert not {name: lines for name, lines in found.items() if lines}
 
 
 @pytest.mark.parametrize(
@@ -137,12 +140,12 @@ def is_stored(text: str, name: str) -> bool:
     return bool(re.search(rf"\batomicStore\(\s*&\s*{name}\b", COMMENT.sub("", text)))
 
 
-@pytest.mark.parametrize("path", SHADERS, ids=lambda path: path.relative_to(SOURCE).as_posix())
-def test_the_workgroups_atomics_are_stored(path: Path) -> None:
+def test_the_workgroups_atomics_are_stored() -> None:
     """WebGPU clears a workgroup's memory at its start; wgpu-native here does not. Only that the file stores them, not
     that it does so before it uses them."""
-    text = path.read_text(encoding="utf-8")
-    assert not [name for name in workgroup_atomics(text) if not is_stored(text, name)]
+    atomics = [(file, text, name) for file, text in TEXTS.items() for name in workgroup_atomics(text)]
+    assert len(atomics) >= 3
+    assert not [f"{file}: {name}" for file, text, name in atomics if not is_stored(text, name)]
 
 
 def test_the_check_of_atomics_can_fail() -> None:
@@ -151,4 +154,128 @@ def test_the_check_of_atomics_can_fail() -> None:
     assert workgroup_atomics(code) == ["a", "b"]
     assert not is_stored(code, "a")
     assert is_stored(code, "b")
-    assert sum(len(workgroup_atomics(path.read_text(encoding="utf-8"))) for path in SHADERS) >= 3
+
+
+# -- What Mesa's software driver builds into machine code --------------------------------------------------------------
+
+SCALARS = {"f32", "u32", "i32"}
+FUNCTION = re.compile(r"\bfn\s+(\w+)\s*\(([^)]*\)?)[^{]*\{")
+DECLARATION = re.compile(r"(?<!for \()\b(?:let|var)\s+(\w+)(?:\s*:[^=;]*)?\s*=\s*([^;]*);")
+NAME = re.compile(r"(?<![.\w])([A-Za-z_]\w*)\b(\(\))?(?!\s*\()")
+"""A variable, or a call without arguments; no member of a struct."""
+
+
+def uniform_scalars(text: str) -> re.Pattern[str]:
+    """What reads one scalar of a `var<uniform>`: a scalar member, or a part of a vector."""
+    patterns = []
+    for name, kind in re.findall(r"var<uniform>\s+(\w+)\s*:\s*([\w<>]+)", text):
+        struct = re.search(rf"\bstruct\s+{kind}\s*\{{(.*?)\}}", text, re.DOTALL)
+        for member, member_type in re.findall(r"(\w+)\s*:\s*([\w<>]+)", struct[1]) if struct else [("", kind)]:
+            path = rf"{name}\.{member}\b" if member else rf"{name}\b"
+            patterns.append(path if member_type in SCALARS else rf"{path}(?:\.[xyzwrgba]\b|\[)")
+    return re.compile(rf"(?<![.\w])(?:{'|'.join(patterns) or '(?!)'})")
+
+
+def conditions(text: str) -> list[tuple[int, str]]:
+    """What if, while, for, switch and break if hang on, each with the place where it begins."""
+    found = [(match.start(1), match[1]) for match in re.finditer(r"\b(?:if|while|switch)\b([^{;]*)", text)]
+    return found + [(match.start(1), match[1]) for match in re.finditer(r"\bfor\s*\([^;]*;([^;]*);", text)]
+
+
+def values_compiled_in(text: str) -> dict[str, list[int]]:
+    """The scalars of uniforms that a condition mentions, with the lines: by themselves, by a variable that is made of
+    them alone, or by a function without parameters that reads them. `text` is composed."""
+    text = COMMENT.sub(lambda match: "\n" * match[0].count("\n"), text)
+    pattern = uniform_scalars(text)
+    constant = set(re.findall(r"(?:\bconst|\boverride|var<uniform>)\s+(\w+)", text))
+    stand_for: dict[str, set[str]] = {}  # variables and calls, to the scalars that they hang on
+
+    def scalars_in(expression: str) -> set[str]:
+        names = {"".join(name) for name in NAME.findall(expression)}
+        return set(pattern.findall(expression)).union(*(stand_for[name] for name in names & stand_for.keys()))
+
+    def is_made_of_scalars(expression: str) -> bool:
+        return not {name for name, call in NAME.findall(expression) if not call} - constant - stand_for.keys()
+
+    found: dict[str, list[int]] = {}
+    starts = [*FUNCTION.finditer(text)]
+    ends = [match.start() for match in starts[1:]]
+    for match, end in itertools.zip_longest(starts, ends):
+        body = text[match.end() : end]
+        stand_for = {name: scalars for name, scalars in stand_for.items() if name.endswith("()")}
+        for name, value in DECLARATION.findall(body):
+            if is_made_of_scalars(value) and (scalars := scalars_in(value)):
+                stand_for[name] = scalars
+        for offset, condition in conditions(body):
+            for scalar in scalars_in(condition):
+                found.setdefault(scalar, []).append(text.count("\n", 0, match.end() + offset) + 1)
+        if match[2].strip() == ")" and (scalars := scalars_in(body)):
+            stand_for[f"{match[1]}()"] = scalars
+    return found
+
+
+def all_values_compiled_in() -> dict[str, set[str]]:
+    """The offenders of every shader, with the files and lines where they stand."""
+    found: dict[str, set[str]] = {}
+    for path in SHADERS:
+        source = compose(path)
+        for scalar, lines in values_compiled_in(source.text).items():
+            places = {":".join(map(str, source.origin[line - 1])) for line in lines}
+            found.setdefault(scalar, set()).update(places)
+    return found
+
+
+COMPILED_IN = frozenset(
+    ["chunk.first_sample", "chunk.sample_count", "frame.light_count", "halving.half_spacing", "levels.first", "maps.is_auto", "maps.occluder_count", "shape.columns", "shape.comparison_step", "shape.deepest", "shape.has_probes", "shape.has_rows", "shape.image_size.x", "shape.image_size.y", "shape.is_global", "shape.most_samples", "shape.refined_rows", "shape.sample_count", "shape.sample_rows", "shape.sure_levels", "shape.threshold", "sort.digit", "step.first_rank", "step.first_ray", "step.level", "tree.node_count", "tree.triangle_count"]
+)
+"""Scalars of uniforms on which a condition may still hang; none of them changes from frame to frame, as
+tests/contract/test_shader_cache.py shows. Take off this list what is mended."""
+
+
+def test_no_condition_hangs_on_a_scalar_of_a_uniform() -> None:
+    """Mesa's software driver may compile a kernel anew for each value of it: control values stand in storage, or are
+    overrides. A vector that is compared with a built-in id, as in all(id.xy < frame.size), is not such a value."""
+    found = all_values_compiled_in()
+    new = {scalar: sorted(places) for scalar, places in found.items() if scalar not in COMPILED_IN}
+    assert not new, f"conditions hang on scalars of uniforms: {new}"
+    assert not sorted(COMPILED_IN - found.keys()), "mended: take them off COMPILED_IN"
+
+
+UNIFORM = "struct Step {\n    level: u32,\n    size: vec2u,\n};\nvar<uniform> step: Step;\nvar<uniform> n: vec4u;\n"
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "if step.level == 1u { }",
+        "if a &&\n    b[step.level] > 2u { }",
+        "while i < f(step.level) { }",
+        "for (var i = 0u; i < step.level; i++) { }",
+        "switch step.level { default: { } }",
+        "loop { break if step.level > i; }",
+        "if id.x < step.size.x { }",
+        "if id.x < n.y { }",
+        "let last = step.level + 2u * COUNT; if i < last { }",
+        "var last = step.level; let next = last + 1u; while i < next { }",
+        "if i < last_level() { }",
+    ],
+)
+def test_the_rule_of_conditions_can_fail(code: str) -> None:
+    before = UNIFORM + "const COUNT = 3u;\nfn last_level() -> u32 {\n    return step.level;\n}\n"
+    assert values_compiled_in(f"{before}fn f(i: u32) {{ {code} }}")
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "if all(id.xy < step.size) { }",
+        "if my.step.level == 1u { }",
+        "if control.level == 1u { let a = step.level; }",
+        "let a = select(1u, 2u, step.level == 1u);",
+        "for (var i = step.level; i < 4u; i += step.level) { }",
+        "let level = positions[step.level]; if level > 1.0 { }",
+        "if i == 1u { } // if step.level == 1u { }",
+    ],
+)
+def test_the_rule_of_conditions_lets_the_rest_pass(code: str) -> None:
+    assert not values_compiled_in(f"{UNIFORM}fn f(i: u32) {{ {code} }}")
