@@ -225,9 +225,35 @@ def all_values_compiled_in() -> dict[str, set[str]]:
     return found
 
 
-COMPILED_IN = frozenset(
-    ["chunk.first_sample", "chunk.sample_count", "frame.light_count", "halving.half_spacing", "levels.first", "maps.is_auto", "maps.occluder_count", "shape.columns", "shape.comparison_step", "shape.deepest", "shape.has_probes", "shape.has_rows", "shape.image_size.x", "shape.image_size.y", "shape.is_global", "shape.most_samples", "shape.refined_rows", "shape.sample_count", "shape.sample_rows", "shape.sure_levels", "shape.threshold", "sort.digit", "step.first_rank", "step.first_ray", "step.level", "tree.node_count", "tree.triangle_count"]
-)
+COMPILED_IN = {
+    "chunk.first_sample",
+    "chunk.sample_count",
+    "frame.light_count",
+    "halving.half_spacing",
+    "levels.first",
+    "maps.is_auto",
+    "maps.occluder_count",
+    "shape.columns",
+    "shape.comparison_step",
+    "shape.deepest",
+    "shape.has_probes",
+    "shape.has_rows",
+    "shape.image_size.x",
+    "shape.image_size.y",
+    "shape.is_global",
+    "shape.most_samples",
+    "shape.refined_rows",
+    "shape.sample_count",
+    "shape.sample_rows",
+    "shape.sure_levels",
+    "shape.threshold",
+    "sort.digit",
+    "step.first_rank",
+    "step.first_ray",
+    "step.level",
+    "tree.node_count",
+    "tree.triangle_count",
+}
 """Scalars of uniforms on which a condition may still hang; none of them changes from frame to frame, as
 tests/contract/test_shader_cache.py shows. Take off this list what is mended."""
 
