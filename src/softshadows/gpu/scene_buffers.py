@@ -83,7 +83,6 @@ class SceneBuffers:
         boxes = _box_records(geometry)
         self.occluder_count = len(boxes)
         self.occluder_boxes = self._buffer(boxes, _USAGE.STORAGE, "the occluders' boxes")
-        self.layout, self.bindings = self._bind()
 
     def move(self, geometry: Geometry) -> None:
         """Replace positions, normals and face normals after nodes moved; of the counts only solid_count may change."""
@@ -109,19 +108,6 @@ class SceneBuffers:
             "texture_records": self.textures,
             "texture_pages": self.pages_view,
         }
-
-    def _bind(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
-        """Bind group 1 of every pass that includes scene.wgsl."""
-        stages = wgpu.ShaderStage.VERTEX | wgpu.ShaderStage.FRAGMENT | wgpu.ShaderStage.COMPUTE
-        buffers = [self.positions, self.indices, self.attributes, self.faces, self.materials, self.textures]
-        storage = {"type": "read-only-storage"}
-        layouts: list[dict] = [{"binding": i, "visibility": stages, "buffer": storage} for i in range(len(buffers))]
-        pages = {"sample_type": "unfilterable-float", "view_dimension": "2d-array"}
-        layouts.append({"binding": len(buffers), "visibility": stages, "texture": pages})
-        layout = self.gpu.device.create_bind_group_layout(entries=layouts)
-        entries: list[dict] = [{"binding": i, "resource": {"buffer": buffer}} for i, buffer in enumerate(buffers)]
-        entries.append({"binding": len(buffers), "resource": self.pages.create_view(dimension="2d-array")})
-        return layout, self.gpu.device.create_bind_group(layout=layout, entries=entries)
 
     def _buffer(self, array: np.ndarray, usage: int, what: str) -> wgpu.GPUBuffer:
         size = max(-(-array.nbytes // 16) * 16, 256)

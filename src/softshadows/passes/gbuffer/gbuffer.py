@@ -61,7 +61,6 @@ class GBuffer:
         self.material_view = self.material.create_view()
         self.uniforms = gpu.buffer(dtype(FrameUniforms).itemsize, wgpu.BufferUsage.UNIFORM, "the camera")
 
-        self.receiver_layout, self.receiver_bindings = self._bind_receivers()
         seen: dict[str, Resource] = {**scene.resources, "frame": self.uniforms}
         self._opaque, self._masked = (
             DrawProgram(
@@ -87,20 +86,6 @@ class GBuffer:
                 "g_material": self.material_view,
             },
         )
-
-    def _bind_receivers(self) -> tuple[wgpu.GPUBindGroupLayout, wgpu.GPUBindGroup]:
-        """Bind group 0 of passes that include receiver.wgsl."""
-        compute, unfilterable = wgpu.ShaderStage.COMPUTE, {"sample_type": "unfilterable-float"}
-        layout = self._gpu.device.create_bind_group_layout(
-            entries=[
-                {"binding": 0, "visibility": compute, "buffer": {"type": "uniform"}},
-                {"binding": 1, "visibility": compute, "texture": unfilterable},
-                {"binding": 2, "visibility": compute, "texture": unfilterable},
-            ]
-        )
-        resources = [{"buffer": self.uniforms}, self.position.create_view(), self.normal.create_view()]
-        entries = [{"binding": i, "resource": resource} for i, resource in enumerate(resources)]
-        return layout, self._gpu.device.create_bind_group(layout=layout, entries=entries)
 
     @property
     def resources(self) -> dict[str, Resource]:

@@ -133,16 +133,6 @@ class Bvh:
         return {**own, **self._scene.resources} if self.has_cutouts else own
 
     @property
-    def numbered(self) -> dict[int, wgpu.GPUBuffer | wgpu.GPUTextureView]:
-        """The same by the numbers of their bindings, for kernels."""
-        own: dict[int, wgpu.GPUBuffer | wgpu.GPUTextureView] = {7: self.grid, 8: self.nodes, 9: self.triangles}
-        if not self.has_cutouts:
-            return own
-        scene = self._scene
-        buffers = (scene.indices, scene.attributes, scene.faces, scene.materials, scene.textures)
-        return {**own, **dict(enumerate(buffers, start=1)), 6: scene.pages_view}
-
-    @property
     def stand_ins(self) -> dict[str, str]:
         """For shaders that include occluded.wgsl: without alpha masks, nothing is read to find them."""
         return {} if self.has_cutouts else {"visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl"}
