@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from softshadows.image.files import save_frame
-from softshadows.scene.lights import Light, facing
+from softshadows.scene.lights import Light
 
 Floats = npt.NDArray[np.float32]
 Bools = npt.NDArray[np.bool_]
@@ -73,7 +73,7 @@ class Frame:
     @property
     def facing(self) -> Bools:
         """(lights, height, width) bool: all of the light before the surface, the surface before a one-sided light."""
-        planes = [facing(light, self.position, self.normal) & self.surface for light in self.lights]
+        planes = [light.facing(self.position, self.normal) & self.surface for light in self.lights]
         return np.stack(planes) if planes else np.zeros((0, *self.surface.shape), bool)
 
     def save(self, path: str | Path) -> None:

@@ -19,7 +19,7 @@ from softshadows.compare.measure import Measurement
 from softshadows.compare.schedule import Schedule
 from softshadows.compare.schema import read_results
 from softshadows.errors import DeviceError, OptionError
-from softshadows.scene.lights import LineLight
+from softshadows.scene.lights import DirectionalLight, LineLight
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
 
@@ -138,6 +138,13 @@ def test_lights_are_measured_one_by_one_and_techniques_that_cannot_do_all_are_na
     (sentence,) = measured.skipped
     assert "penumbra_wedges" in sentence
     assert shot.scene.lights[0] is light, "lights that moved for the timing are back"
+
+
+def test_a_light_without_a_place_is_measured(tmp_path: Path) -> None:
+    """Its frames are redrawn as others' are, by a light that turns instead of moving."""
+    sun = DirectionalLight(direction=(0.3, -1.0, 0.2), irradiance=(3.0, 3.0, 3.0))
+    (measured,), _ = run(Kept(tmp_path), Picture(open_shot("blocker", lights=[sun], size=(32, 24)), [HARD]))
+    assert [result.label for result in measured.results] == ["hard"]
 
 
 def test_techniques_that_refuse_a_picture_are_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,7 +16,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from softshadows.compare.interleaved import LIGHT_STEP, Timing, label_of, moved
+from softshadows.compare.interleaved import LIGHT_STEP, Timing, label_of
 from softshadows.compare.kept import Kept, KeptFrame
 from softshadows.compare.measure import Measurement, Notice, Truth, Yardstick, able_techniques, trace, yardstick
 from softshadows.compare.page import page
@@ -157,7 +157,7 @@ def _rendered(shot: Shot, technique: Technique, effort: Effort, notice: Notice) 
         redrawn = render(0, None)  # compiles and uploads
         try:
             for turn in range(1, effort.repeats + 1):
-                shot.scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
+                shot.scene.lights = [light.moved((turn * LIGHT_STEP, 0.0, 0.0)) for light in lights]
                 redrawn = render(turn, "frame")
         finally:
             shot.scene.lights = lights

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,6 @@ from softshadows.errors import DeviceError
 from softshadows.frame import Frame
 from softshadows.renderer import Renderer
 from softshadows.scene.camera import Camera
-from softshadows.scene.lights import Light, LineLight
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
 
@@ -138,7 +136,7 @@ def render_interleaved(
                 runs[technique] = Run(technique, renderer, renderer.render(shot.camera))
                 after_first(runs[technique])
         for turn in range(1, repeats + 1):
-            scene.lights = [moved(light, turn * LIGHT_STEP) for light in lights]
+            scene.lights = [light.moved((turn * LIGHT_STEP, 0.0, 0.0)) for light in lights]
             if node is not None:
                 node.transform = _shift_along_x(LIGHT_STEP) @ node.transform
             for technique, run in list(runs.items()):
@@ -166,14 +164,3 @@ def _beside(camera: Camera, metres: float) -> Camera:
     shift = metres * np.array(camera.axes[0])
     position, target = (tuple((np.array(point) + shift).tolist()) for point in (camera.position, camera.target))
     return replace(camera, position=position, target=target)
-
-
-def moved(light: Light, by: float) -> Any:
-    """The light a little along x."""
-    if isinstance(light, LineLight):
-        return replace(light, start=_along_x(light.start, by), end=_along_x(light.end, by))
-    return replace(light, position=_along_x(light.position, by))  # type: ignore[attr-defined]
-
-
-def _along_x(position: tuple[float, float, float], by: float) -> tuple[float, float, float]:
-    return (position[0] + by, position[1], position[2])

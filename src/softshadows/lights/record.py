@@ -11,7 +11,6 @@ from softshadows.gpu.layout import F32, U32, ArrayOfVec4f, Struct, Vec3f
 from softshadows.scene import lights as scene_lights
 
 _HERE = Path(__file__).parent
-_KINDS = ("rect", "disk", "line", "point", "spot", "directional")
 
 
 class Light(Struct):
@@ -19,7 +18,8 @@ class Light(Struct):
 
     `kind` counts rect, disk, line, point, spot, directional; `index` is the light's place among the frame's lights, and
     so that of its visibility; emission has the unit of its kind (scene/lights.py); the cosines are of a spot's two
-    angles. A directional light has no place and its rays are parallel; a round one fills an ellipse, not a rectangle.
+    angles. A directional light has no place and its rays are parallel; a round one fills an ellipse, not a rectangle; a
+    flat one is a surface in its plane.
     """
 
     center_ws: Vec3f
@@ -34,6 +34,7 @@ class Light(Struct):
     index: U32
     is_directional: U32
     is_round: U32
+    is_flat: U32
     cos_inner: F32
     cos_outer: F32
 
@@ -59,10 +60,10 @@ class Chunk(Struct):
 def light_record(light: scene_lights.Light, index: int = 0) -> Light:
     """The record of a scene's light, of which the frame's visibility is number `index`."""
     right, up, back = light.axes.tolist()
-    inner, outer = (light.inner_angle, light.outer_angle) if isinstance(light, scene_lights.SpotLight) else (0.0, 90.0)
+    inner, outer = light.cone
     return Light(
         center_ws=tuple(light.center.tolist()),
-        kind=_KINDS.index(light.kind),
+        kind=list(scene_lights.LIGHT_CLASSES).index(light.kind),
         right_ws=tuple(right),
         half_width=light.half_extent[0],
         up_ws=tuple(up),
@@ -71,8 +72,9 @@ def light_record(light: scene_lights.Light, index: int = 0) -> Light:
         is_one_sided=int(light.one_sided),
         emission=light.emission,
         index=index,
-        is_directional=int(light.kind == "directional"),
-        is_round=int(light.kind == "disk"),
+        is_directional=int(light.is_directional),
+        is_round=int(light.is_round),
+        is_flat=int(light.is_flat),
         cos_inner=float(np.cos(np.radians(inner))),
         cos_outer=float(np.cos(np.radians(outer))),
     )

@@ -20,11 +20,8 @@ from typing import Any, NoReturn, TypeVar
 
 from softshadows.errors import SceneError
 from softshadows.scene.camera import Camera
-from softshadows.scene.lights import DirectionalLight, DiskLight, Light, LineLight, PointLight, RectLight, SpotLight
+from softshadows.scene.lights import LIGHT_CLASSES, Light
 
-LIGHT_CLASSES: dict[str, type[Light]] = {
-    kind.kind: kind for kind in (RectLight, DiskLight, LineLight, PointLight, SpotLight, DirectionalLight)
-}
 VECTORS = {"position", "target", "up", "start", "end", "direction", "radiance", "intensity", "irradiance"}
 SWITCHES = {"two_sided"}
 LARGEST_SIZE = 16384

@@ -1,7 +1,8 @@
 """The lights: rectangles, disks and lines that cast soft shadows, and the zero-size lights of glTF.
 
 Every light has a local frame (rows right, up, back; it emits along −back), a centre and a half extent, and maps the
-unit square onto its surface. That is all that samplers, shadow maps and truth need to know of its shape.
+square [−1, 1]² onto its surface. A class says of its shape all that samplers, shadow maps, truth and metrics ask; what
+its kind looks like to a shader is lights/<kind>.wgsl. `LIGHT_CLASSES` lists them.
 
 Units: metres; `radiance` in W/(m² sr) for surfaces, W/(m sr) for lines (the radiant intensity of one metre seen from
 the side); `intensity` in W/sr; `irradiance` in W/m². RGB, linear.
@@ -9,23 +10,18 @@ the side); `intensity` in W/sr; `irradiance` in W/m². RGB, linear.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import ClassVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
 
 from softshadows.errors import SceneError
-from softshadows.scene.vectors import Array, Vector, look_at, number, vector
+from softshadows.scene.vectors import Array, Vector, VectorLike, look_at, number, vector
 
 MAX_RADIANCE = 1e9
 MAX_EXTENT = 1e6
-
-
-def _set(light: object, **values: object) -> None:
-    for name, value in values.items():
-        object.__setattr__(light, name, value)
 
 
 def _color(value: object, name: str, owner: str) -> Vector:
@@ -37,18 +33,47 @@ def _color(value: object, name: str, owner: str) -> Vector:
     return color
 
 
-def _check_apart(a: Vector, b: Vector, name: str, owner: str) -> None:
-    if a == b:
-        raise SceneError(f"{owner}: position and {name} must differ", code="LOOK_AT_DEGENERATE", pointer=name)
+def _extent(value: object, name: str, owner: str) -> float:
+    return number(value, name, owner, 0.0, MAX_EXTENT)
+
+
+def _up(value: object, name: str, owner: str) -> Vector | None:
+    return None if value is None else vector(value, name, owner)
+
+
+CHECKS: Mapping[str, Callable[[object, str, str], object]] = {
+    **dict.fromkeys(("position", "target", "start", "end", "direction"), vector),
+    "up": _up,
+    **dict.fromkeys(("radiance", "intensity", "irradiance"), _color),
+    **dict.fromkeys(("width", "height", "radius"), _extent),
+    "outer_angle": lambda value, name, owner: number(value, name, owner, 0.0, 90.0, open_low=True),
+    "two_sided": lambda value, name, owner: bool(value),
+}
+"""How a light's field of that name is checked and made plain: a function of value, field and class, or SceneError."""
+
+
+def _shifted(point: Vector, offset: VectorLike) -> Vector:
+    x, y, z = np.add(point, offset).tolist()
+    return (x, y, z)
 
 
 @dataclass(frozen=True)
 class Light:
-    """What all lights share. Use one of the subclasses."""
+    """What all lights share. Use one of the subclasses; their fields are checked by their names (`CHECKS`)."""
 
     kind: ClassVar[str] = ""
-    one_sided: ClassVar[bool] = False
-    """True where the light emits only into the half space before it (a property of rectangles and disks)."""
+    is_directional: ClassVar[bool] = False
+    """Its rays are parallel, and it has no place: `center` is the origin."""
+    is_round: ClassVar[bool] = False
+    """It fills the ellipse of its half extent, not the rectangle."""
+
+    def __post_init__(self) -> None:
+        for name in (field.name for field in fields(self)):
+            if name in CHECKS:
+                self._set(name, CHECKS[name](getattr(self, name), name, type(self).__name__))
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
 
     @property
     def center(self) -> Array:
@@ -61,42 +86,127 @@ class Light:
         raise NotImplementedError
 
     @property
-    def half_extent(self) -> tuple[float, float]:
-        """Half width along right and half height along up, metres; (0, 0) for a light without size."""
-        return (0.0, 0.0)
-
-    @property
     def emission(self) -> Vector:
         """Radiance, intensity or irradiance, after the light's kind."""
         raise NotImplementedError
 
     @property
-    def without_size(self) -> Light:
+    def half_extent(self) -> tuple[float, float]:
+        """Half width along right and half height along up, metres; (0, 0) for a light without size."""
+        return (0.0, 0.0)
+
+    @property
+    def has_size(self) -> bool:
+        return self.half_extent != (0.0, 0.0)
+
+    @property
+    def one_sided(self) -> bool:
+        """True where the light emits only into the half space before it (a property of rectangles and disks)."""
+        return False
+
+    @property
+    def is_flat(self) -> bool:
+        """True where the light is a surface in one plane, such as a lamp's luminous face."""
+        return False
+
+    @property
+    def cone(self) -> tuple[float, float]:
+        """Degrees from −back: full emission within the first angle, none beyond the second."""
+        return (0.0, 90.0)
+
+    @property
+    def without_size(self) -> Self:
         """The light shrunk to its centre, as one of the same kind."""
         return self
 
-    def points(self, s: Array, t: Array) -> Array:
-        """World positions, (..., 3) float64, of points (s, t) of the unit square; equal areas map to equal areas."""
-        s, t = np.broadcast_arrays(np.asarray(s, np.float64), np.asarray(t, np.float64))
-        x, y = self._local(2.0 * s - 1.0, 2.0 * t - 1.0)
-        right, up, _ = self.axes
-        return self.center + x[..., None] * right + y[..., None] * up
+    def moved(self, offset: VectorLike) -> Self:
+        """The light moved by `offset` (3,), metres; a directional one turns, as if it shone from one metre away."""
+        places = {name: getattr(self, name) for name in ("position", "target", "start", "end") if hasattr(self, name)}
+        return replace(self, **{name: _shifted(place, offset) for name, place in places.items()})
 
-    def _local(self, x: Array, y: Array) -> tuple[Array, Array]:
+    def in_plane(self, x: Array, y: Array) -> tuple[Array, Array]:
+        """Metres along right and up of points (x, y) of the square [−1, 1]²; equal areas map to equal areas."""
         a, b = self.half_extent
         return a * x, b * y
 
+    def points(self, s: Array, t: Array) -> Array:
+        """World positions, (..., 3) float64, of points (s, t) of the unit square, mapped as by `in_plane`."""
+        s, t = np.broadcast_arrays(np.asarray(s, np.float64), np.asarray(t, np.float64))
+        x, y = self.in_plane(2.0 * s - 1.0, 2.0 * t - 1.0)
+        right, up, _ = self.axes
+        return self.center + x[..., None] * right + y[..., None] * up
+
+    def reach(self, direction: npt.NDArray[np.floating]) -> Array:
+        """How far the light extends from its centre along unit vectors (..., 3), world space: (...) metres."""
+        right, up, _ = self.axes
+        a, b = self.half_extent
+        along_right, along_up = a * (direction @ right), b * (direction @ up)
+        return np.hypot(along_right, along_up) if self.is_round else np.abs(along_right) + np.abs(along_up)
+
+    def facing(self, position: npt.NDArray[np.floating], normal: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        """True where the whole light lies before the receiver's plane, and the receiver before a one-sided light.
+
+        `position` and geometric `normal` are (..., 3), world space; returns (...) bool. Elsewhere darkness is the
+        shading's business, and the metrics leave those points out.
+        """
+        position, normal = np.asarray(position, np.float64), np.asarray(normal, np.float64)
+        to_center = self.center - position
+        height = np.einsum("...i,...i->...", normal, to_center)  # of the light's centre above the receiver's plane
+        result = height > self.reach(normal)  # its lowest point is above too
+        if self.one_sided:
+            result &= to_center @ self.axes[2] > 0.0
+        return result
+
 
 @dataclass(frozen=True)
-class RectLight(Light):
+class _Aimed(Light):
+    """A light at `position` that emits towards `target`."""
+
+    position: Vector
+    target: Vector
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.position == self.target:
+            owner = type(self).__name__
+            raise SceneError(f"{owner}: position and target must differ", code="LOOK_AT_DEGENERATE", pointer="target")
+
+    @property
+    def center(self) -> Array:
+        return np.asarray(self.position)
+
+    @property
+    def axes(self) -> Array:
+        return look_at(self.position, self.target)
+
+
+class _Face(_Aimed):
+    """A flat luminous surface, of which one side emits, or both."""
+
+    radiance: Vector
+    two_sided: bool
+
+    @property
+    def one_sided(self) -> bool:
+        return not self.two_sided
+
+    @property
+    def is_flat(self) -> bool:
+        return min(self.half_extent) > 0.0
+
+    @property
+    def emission(self) -> Vector:
+        return self.radiance
+
+
+@dataclass(frozen=True)
+class RectLight(_Face):
     """A rectangle centred at `position`, emitting towards `target`; width runs along its right, height along its up.
 
     A width or height of zero is legal and gives a zero-size light. Raises SceneError for values that are not finite,
     negative sizes or radiance, and position = target.
     """
 
-    position: Vector
-    target: Vector
     width: float
     height: float
     radiance: Vector
@@ -104,28 +214,6 @@ class RectLight(Light):
     up: Vector | None = None
 
     kind: ClassVar[str] = "rect"
-
-    def __post_init__(self) -> None:
-        name = type(self).__name__
-        _set(
-            self,
-            position=vector(self.position, "position", name),
-            target=vector(self.target, "target", name),
-            width=number(self.width, "width", name, 0.0, MAX_EXTENT),
-            height=number(self.height, "height", name, 0.0, MAX_EXTENT),
-            radiance=_color(self.radiance, "radiance", name),
-            two_sided=bool(self.two_sided),
-            up=None if self.up is None else vector(self.up, "up", name),
-        )
-        _check_apart(self.position, self.target, "target", name)
-
-    @property
-    def one_sided(self) -> bool:  # type: ignore[override]
-        return not self.two_sided
-
-    @property
-    def center(self) -> Array:
-        return np.asarray(self.position)
 
     @property
     def axes(self) -> Array:
@@ -136,62 +224,30 @@ class RectLight(Light):
         return (self.width / 2.0, self.height / 2.0)
 
     @property
-    def without_size(self) -> RectLight:
+    def without_size(self) -> Self:
         return replace(self, width=0.0, height=0.0)
-
-    @property
-    def emission(self) -> Vector:
-        return self.radiance
 
 
 @dataclass(frozen=True)
-class DiskLight(Light):
+class DiskLight(_Face):
     """A disk of `radius` centred at `position`, emitting towards `target`. Errors as RectLight."""
 
-    position: Vector
-    target: Vector
     radius: float
     radiance: Vector
     two_sided: bool = False
 
     kind: ClassVar[str] = "disk"
-
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            position=vector(self.position, "position", "DiskLight"),
-            target=vector(self.target, "target", "DiskLight"),
-            radius=number(self.radius, "radius", "DiskLight", 0.0, MAX_EXTENT),
-            radiance=_color(self.radiance, "radiance", "DiskLight"),
-            two_sided=bool(self.two_sided),
-        )
-        _check_apart(self.position, self.target, "target", "DiskLight")
-
-    @property
-    def one_sided(self) -> bool:  # type: ignore[override]
-        return not self.two_sided
-
-    @property
-    def center(self) -> Array:
-        return np.asarray(self.position)
-
-    @property
-    def axes(self) -> Array:
-        return look_at(self.position, self.target)
+    is_round: ClassVar[bool] = True
 
     @property
     def half_extent(self) -> tuple[float, float]:
         return (self.radius, self.radius)
 
     @property
-    def without_size(self) -> DiskLight:
+    def without_size(self) -> Self:
         return replace(self, radius=0.0)
 
-    @property
-    def emission(self) -> Vector:
-        return self.radiance
-
-    def _local(self, x: Array, y: Array) -> tuple[Array, Array]:
+    def in_plane(self, x: Array, y: Array) -> tuple[Array, Array]:
         """The concentric map of Shirley and Chiu (1997): squares become circles, areas keep their ratio."""
         outer = np.where(np.abs(x) > np.abs(y), x, y)
         safe = np.where(outer == 0.0, 1.0, outer)
@@ -208,14 +264,6 @@ class LineLight(Light):
     radiance: Vector
 
     kind: ClassVar[str] = "line"
-
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            start=vector(self.start, "start", "LineLight"),
-            end=vector(self.end, "end", "LineLight"),
-            radiance=_color(self.radiance, "radiance", "LineLight"),
-        )
 
     @classmethod
     def outline(cls, corners: Sequence[Vector], radiance: Vector) -> list[LineLight]:
@@ -261,7 +309,7 @@ class LineLight(Light):
         return (float(np.linalg.norm(np.subtract(self.end, self.start))) / 2.0, 0.0)
 
     @property
-    def without_size(self) -> LineLight:
+    def without_size(self) -> Self:
         middle = tuple(self.center.tolist())
         return replace(self, start=middle, end=middle)
 
@@ -279,13 +327,6 @@ class PointLight(Light):
 
     kind: ClassVar[str] = "point"
 
-    def __post_init__(self) -> None:
-        _set(
-            self,
-            position=vector(self.position, "position", "PointLight"),
-            intensity=_color(self.intensity, "intensity", "PointLight"),
-        )
-
     @property
     def center(self) -> Array:
         return np.asarray(self.position)
@@ -300,14 +341,12 @@ class PointLight(Light):
 
 
 @dataclass(frozen=True)
-class SpotLight(Light):
+class SpotLight(_Aimed):
     """A point light with a cone to `target`: full `intensity` (W/sr) within `inner_angle`, none beyond `outer_angle`.
 
     Angles in degrees from the axis, 0 ≤ inner < outer ≤ 90; between them the smooth fall-off of KHR_lights_punctual.
     """
 
-    position: Vector
-    target: Vector
     intensity: Vector
     inner_angle: float = 0.0
     outer_angle: float = 45.0
@@ -315,27 +354,16 @@ class SpotLight(Light):
     kind: ClassVar[str] = "spot"
 
     def __post_init__(self) -> None:
-        _set(
-            self,
-            position=vector(self.position, "position", "SpotLight"),
-            target=vector(self.target, "target", "SpotLight"),
-            intensity=_color(self.intensity, "intensity", "SpotLight"),
-            outer_angle=number(self.outer_angle, "outer_angle", "SpotLight", 0.0, 90.0, open_low=True),
-        )
-        _set(self, inner_angle=number(self.inner_angle, "inner_angle", "SpotLight", 0.0, self.outer_angle))
-        _check_apart(self.position, self.target, "target", "SpotLight")
-
-    @property
-    def center(self) -> Array:
-        return np.asarray(self.position)
-
-    @property
-    def axes(self) -> Array:
-        return look_at(self.position, self.target)
+        super().__post_init__()
+        self._set("inner_angle", number(self.inner_angle, "inner_angle", "SpotLight", 0.0, self.outer_angle))
 
     @property
     def emission(self) -> Vector:
         return self.intensity
+
+    @property
+    def cone(self) -> tuple[float, float]:
+        return (self.inner_angle, self.outer_angle)
 
 
 @dataclass(frozen=True)
@@ -346,20 +374,17 @@ class DirectionalLight(Light):
     irradiance: Vector
 
     kind: ClassVar[str] = "directional"
+    is_directional: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
-        direction = vector(self.direction, "direction", "DirectionalLight")
-        length = float(np.linalg.norm(direction))
+        super().__post_init__()
+        length = float(np.linalg.norm(self.direction))
         if not length > 0.0:
             raise SceneError(
                 "DirectionalLight: direction must not be zero", code="LOOK_AT_DEGENERATE", pointer="direction"
             )
-        x, y, z = direction
-        _set(
-            self,
-            direction=(x / length, y / length, z / length),
-            irradiance=_color(self.irradiance, "irradiance", "DirectionalLight"),
-        )
+        x, y, z = self.direction
+        self._set("direction", (x / length, y / length, z / length))
 
     @property
     def center(self) -> Array:
@@ -374,23 +399,14 @@ class DirectionalLight(Light):
     def emission(self) -> Vector:
         return self.irradiance
 
+    def moved(self, offset: VectorLike) -> Self:
+        return replace(self, direction=_shifted(self.direction, np.negative(offset)))
 
-def facing(light: Light, position: npt.NDArray[np.floating], normal: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
-    """True where the whole light lies in front of the receiver's plane, and the receiver in front of a one-sided light.
+    def facing(self, position: npt.NDArray[np.floating], normal: npt.NDArray[np.floating]) -> npt.NDArray[np.bool_]:
+        return np.asarray(normal, np.float64) @ self.axes[2] > 0.0
 
-    `position` and geometric `normal` are (..., 3), world space; returns (...) bool. Elsewhere darkness is the shading's
-    business, and the metrics leave those points out.
-    """
-    position, normal = np.asarray(position, np.float64), np.asarray(normal, np.float64)
-    right, up, back = light.axes
-    if light.kind == "directional":
-        return normal @ back > 0.0
-    to_center = light.center - position
-    height = np.einsum("...i,...i->...", normal, to_center)  # of the light's centre above the receiver's plane
-    a, b = light.half_extent
-    slope_right, slope_up = a * (normal @ right), b * (normal @ up)
-    drop = np.hypot(slope_right, slope_up) if light.kind == "disk" else np.abs(slope_right) + np.abs(slope_up)
-    result = height > drop  # its lowest point is above too
-    if light.one_sided:
-        result &= to_center @ back > 0.0
-    return result
+
+LIGHT_CLASSES: Mapping[str, type[Light]] = {
+    light.kind: light for light in (RectLight, DiskLight, LineLight, PointLight, SpotLight, DirectionalLight)
+}
+"""By kind. Their order numbers the kinds for shaders."""

@@ -19,7 +19,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
-from softshadows.scene.lights import Light
+from softshadows.scene.lights import LIGHT_CLASSES, Light
 
 
 def option(
@@ -198,4 +198,4 @@ class Technique(ABC):
 VISIBILITIES = ("map", "ray", "hybrid")
 """What tells whether a light sample is visible, for techniques that ask sample by sample."""
 
-ALL_LIGHTS = frozenset({"rect", "disk", "line", "point", "spot", "directional"})
+ALL_LIGHTS = frozenset(LIGHT_CLASSES)

@@ -118,17 +118,17 @@ def _start(receivers: Receivers, tracer: Tracer) -> Array:
 
 def _rays(light: Light, cells: tuple[int, int], start: Array, tracer: Tracer, random: np.random.Generator) -> Floats:
     """(n, k, 3) float32: from each `start` to the light."""
-    if light.kind == "directional":
+    if light.is_directional:
         reach = np.linalg.norm(start - tracer.center, axis=1) + tracer.diagonal + 1.0  # past all triangles
         return (reach[:, None, None] * light.axes[2]).astype(np.float32)
-    if light.half_extent == (0.0, 0.0):
+    if not light.has_size:
         return (light.center - start)[:, None, :].astype(np.float32)
 
     columns, rows = cells
     s, t = random.random((2, len(start), rows, columns), np.float32)
     s = ((s + np.arange(columns, dtype=np.float32)) / np.float32(columns)).reshape(len(start), -1)
     t = ((t + np.arange(rows, dtype=np.float32)[:, None]) / np.float32(rows)).reshape(len(start), -1)
-    if light.kind == "disk":
+    if light.is_round:
         return (light.points(s, t) - start[:, None, :]).astype(np.float32)
     corner, right, top = light.points(np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0]))
     rays = np.empty((*s.shape, 3), np.float32)
@@ -146,12 +146,12 @@ def _cut(light: Light | None, receivers: Receivers, start: Array, rays: Floats, 
     offset = tracer.offset(receivers.position)
     above = np.matmul(rays, receivers.normal[:, :, None].astype(np.float32))[..., 0]  # of the start's horizon
     asked = above > -offset[:, None]
+    height = np.zeros(receivers.count) if light is None else (receivers.position - light.center) @ -light.axes[2]
+    if light is not None and light.one_sided:
+        asked &= height[:, None] > 0.0
     until: npt.ArrayLike = 1.0
-    if light is not None and light.kind in ("rect", "disk"):
-        height = (receivers.position - light.center) @ -light.axes[2]  # before the light's plane
-        if light.one_sided:
-            asked &= height[:, None] > 0.0
+    if light is not None and light.is_flat:
         until = 1.0 - tracer.offset(light.center) / np.maximum(np.abs(height), 1e-30)[:, None]
-    elif light is None or light.kind != "directional":
+    elif light is None or not light.is_directional:
         until = 1.0 - offset[:, None] / np.maximum(np.linalg.norm(rays, axis=2), 1e-30)
     return Segments(start, rays, np.where(asked, np.maximum(until, 0.0), NOT_ASKED).astype(np.float32))

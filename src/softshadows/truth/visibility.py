@@ -162,7 +162,7 @@ def _standard_error(seen: Bools, light: Light) -> Array | float:
     With one point per cell, E (a − b)² of two cells is the sum of their variances plus the square of the difference of
     their means: never too small, and close where neighbours are alike, which the binomial variance is not.
     """
-    if light.half_extent == (0.0, 0.0):
+    if not light.has_size:
         return 0.0
     count = seen.shape[1]
     if count == 1:

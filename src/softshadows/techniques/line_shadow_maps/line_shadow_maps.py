@@ -134,7 +134,7 @@ class LineShadowMapsPass(TechniquePass):
         groups: dict[bool, list[tuple[Light, int]]] = {}
         turns = []
         for layer, light in enumerate(lights):
-            has_length = light.half_extent[0] > 0.0
+            has_length = light.has_size
             if has_length not in self._soft_maps:
                 self._soft_maps[has_length] = self._new_maps(has_length)
             group = groups.setdefault(has_length, [])

@@ -206,8 +206,7 @@ class WedgePass(TechniquePass):
         right, up, back = light.axes
         if is_second:
             up, back = -up, -back
-        is_point = light.half_extent == (0.0, 0.0)
-        a, b = (1.0, 1.0) if is_point else light.half_extent
+        a, b = light.half_extent if light.has_size else (1.0, 1.0)
         a, b = max(a, THINNEST * b), max(b, THINNEST * a)
         bounds = self._geometry.bounds
         extent = max(np.abs(corners).max() for corners in (bounds, light.center, bounds - light.center))

@@ -12,10 +12,9 @@ def reaches_into(boxes: np.ndarray, light: Light, margin: float) -> bool:
 
     Then the light sees that solid from within, or its near planes cut it open.
     """
-    if light.kind == "directional":
+    if light.is_directional:
         return False
-    right, up, _ = np.abs(light.axes)
-    reach = light.half_extent[0] * right + light.half_extent[1] * up + margin
+    reach = light.reach(np.eye(3)) + margin
     return bool(((boxes[:, 0] <= light.center + reach) & (boxes[:, 1] >= light.center - reach)).all(axis=1).any())
 
 

@@ -215,7 +215,7 @@ class ShadowAtlas:
     def _light_bytes(self, sampled: SampledLight) -> bytes:
         """The contents of the per-light buffers, one after the other."""
         plan, scene, light = self.plan, self._scene, sampled.light
-        directional = light.kind == "directional"
+        directional = light.is_directional
         near, far = max(1e-5 * scene.diagonal, 1e-7), farthest(scene.geometry.bounds, light.center)
         if directional:
             near, far = depth_range(scene.geometry.bounds, -light.axes[2])

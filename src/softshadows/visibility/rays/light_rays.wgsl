@@ -27,7 +27,7 @@ fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
     var until = -1.0;
     if light.is_directional == 1u {
         until = 1.0;
-    } else if min(light.half_width, light.half_height) > 0.0 {
+    } else if light.is_flat == 1u {
         until = 1.0 - ray_offset(light.center_ws) / max(abs(height), 1e-30);
     }
     let is_before = light.is_one_sided == 0u || height > 0.0;
