@@ -107,9 +107,9 @@ def main() -> None:
     assert scene.camera is not None
     with ss.Renderer(scene, technique=ss.techniques.Uniform(resolution=512), size=(320, 240)) as renderer:
         renderer.render(scene.camera)
-        (atlas,) = renderer.technique_pass._atlases.values()
+        (atlas,) = renderer.passes.technique._atlases.values()
         layered = LayeredMaps(atlas)
-        timer = renderer._passes.timer
+        timer = renderer.passes.timer
         device = renderer._gpu.device
 
         def atlas_pass(encoder: wgpu.GPUCommandEncoder) -> None:

@@ -59,7 +59,7 @@ class Gpu:
     """
 
     def __init__(self, renderer: ss.Renderer, frame: ss.Frame, is_global: bool) -> None:
-        self.sampling: AdaptiveSampling = renderer.technique_pass._turns[-1][0]  # type: ignore[union-attr]
+        self.sampling: AdaptiveSampling = renderer.passes.technique._turns[-1][0]  # type: ignore[union-attr]
         self.lattice: Lattice = self.sampling._lattice
         self.surface = frame.surface
         self.is_global = is_global

@@ -470,8 +470,8 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
     """Ten words of 32 bits for each pixel's look-ups, in buffers as large as every WebGPU adapter has them."""
     with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
         renderer.prepare()
-        renderer.technique_pass.set_lights(STANDARD.lights)
-        (sampling,) = renderer.technique_pass._samplings.values()  # type: ignore[union-attr]
+        renderer.passes.technique.set_lights(STANDARD.lights)
+        (sampling,) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
         sizes = {name: buffer.size for name, buffer in sampling._buffers.items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
         assert sizes["masks"] == tiles * model.TILE**2 * 40

@@ -236,7 +236,7 @@ def test_maps_and_channels_are_kept_while_they_serve() -> None:
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:
         for fov in (45.0, 45.0, 47.0, 45.0, 47.0):
             frames.append(renderer.render(dataclasses.replace(stage.CAMERA, vertical_fov=fov)))
-            state = renderer.technique_pass.turns[0][0].maps.state  # type: ignore[union-attr]
+            state = renderer.passes.technique.turns[0][0].maps.state  # type: ignore[union-attr]
             drawn.append(int(np.asarray(acquire().device.queue.read_buffer(state)).view("<u4")[0]))
     assert drawn == [0b111, 0, 0b111, 0, 0]
     assert stage.same_bits(frames[0].visibility, frames[1].visibility)

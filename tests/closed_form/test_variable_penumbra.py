@@ -84,14 +84,14 @@ def mask_of(scene: ss.Scene, technique: VariablePenumbra) -> np.ndarray:
     """The mask as the GPU left it, (cells, cells) uint32, for a map of RESOLUTION²."""
     with ss.Renderer(scene, technique=technique, size=SIZE) as renderer:
         renderer.render(stage.CAMERA)
-        words = np.frombuffer(acquire().device.queue.read_buffer(renderer.technique_pass._mask), "<u4")  # type: ignore[union-attr]
+        words = np.frombuffer(acquire().device.queue.read_buffer(renderer.passes.technique._mask), "<u4")  # type: ignore[union-attr]
     side = round(len(words) ** 0.5)
     return words.reshape(side, side)
 
 
 def texels_per_metre(renderer: ss.Renderer) -> float:
     """Of the only view of a map whose light shines straight down."""
-    (atlas,) = renderer.technique_pass._atlases.values()  # type: ignore[union-attr]
+    (atlas,) = renderer.passes.technique._atlases.values()  # type: ignore[union-attr]
     data = bytes(acquire().device.queue.read_buffer(atlas.views))  # type: ignore[arg-type]
     views = np.frombuffer(data, layout.dtype(ShadowView))
     return float(views["texels_per_unit"][0].min())

@@ -54,7 +54,7 @@ def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
 
 def atlas_of(renderer: ss.Renderer) -> ShadowAtlas:
     """The atlas of the light that took the last turn."""
-    owner = renderer.technique_pass._turns[-1][0]  # type: ignore[union-attr]
+    owner = renderer.passes.technique._turns[-1][0]  # type: ignore[union-attr]
     atlas = owner if isinstance(owner, ShadowAtlas) else owner._atlas
     assert atlas.keeps_maps
     return atlas

@@ -92,8 +92,8 @@ def depths(renderer: ss.Renderer) -> npt.NDArray[np.float32]:
 
 
 def atlas_of(renderer: ss.Renderer) -> shadow_atlas.ShadowAtlas:
-    assert isinstance(renderer.technique_pass, SampledPass)
-    (atlas,) = renderer.technique_pass._atlases.values()  # type: ignore[union-attr]
+    assert isinstance(renderer.passes.technique, SampledPass)
+    (atlas,) = renderer.passes.technique._atlases.values()  # type: ignore[union-attr]
     return atlas
 
 

@@ -20,10 +20,14 @@ SUBMIT_MS = 500.0
 
 
 class Commands:
-    """`encoder` takes the next pass; `account(ms)` after an expensive one cuts the stream where it has grown long."""
+    """`encoder` takes the next pass; `account(ms)` after an expensive one cuts the stream where it has grown long.
+
+    `timer` times the passes of one stream at a time.
+    """
 
     def __init__(self, gpu: Gpu, timer: PassTimer) -> None:
         self._gpu, self.timer = gpu, timer
+        timer.begin_frame()
         self.encoder = gpu.device.create_command_encoder()
         self.submits = 0
         self.submit_seconds = 0.0

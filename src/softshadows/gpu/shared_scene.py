@@ -23,7 +23,7 @@ class SharedScene:
     def __init__(self, gpu: Gpu, scene: Scene) -> None:
         self._gpu, self.scene = gpu.owner(), scene
         self._buffers: SceneBuffers | None = None
-        self.placement: Placement = ()
+        self._placement: Placement = ()
         self.users = 0
 
     def update(self) -> SceneBuffers:
@@ -32,15 +32,15 @@ class SharedScene:
         Raises SceneError for a scene that cannot be used, DeviceError where the device cannot hold it.
         """
         placement = _placement(self.scene)
-        if self._buffers is not None and placement == self.placement:
+        if self._buffers is not None and placement == self._placement:
             return self._buffers
         geometry = flatten(self.scene)
-        if self._buffers is not None and [mesh for mesh, _ in placement] == [mesh for mesh, _ in self.placement]:
+        if self._buffers is not None and [mesh for mesh, _ in placement] == [mesh for mesh, _ in self._placement]:
             self._buffers.move(geometry)
         else:
             self.forget()
             self._buffers = SceneBuffers(self._gpu, geometry)
-        self.placement = placement
+        self._placement = placement
         return self._buffers
 
     def forget(self) -> None:

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+import numpy as np
 import wgpu
 
+from softshadows.errors import DeviceError
+from softshadows.frame import Frame, FrameStats
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.growing import GrowingBuffer
 from softshadows.gpu.readback import Readback, StatisticsRing
-from softshadows.gpu.timing import CAPACITY, PassTimer
+from softshadows.gpu.timing import CAPACITY, PassTimer, milliseconds
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.passes.mean.mean import Mean
 from softshadows.passes.shading.shading import Shading
-from softshadows.scene.lights import Light
-from softshadows.techniques.base import RenderContext, Technique
+from softshadows.scene.model import Scene
+from softshadows.techniques.base import RenderContext, Technique, TechniquePass
 from softshadows.techniques.light_groups import LightGroups
 
 
@@ -34,15 +38,13 @@ class Images:
     normal: wgpu.GPUTexture
 
 
-@dataclass(frozen=True)
 class Submitted:
-    """What the CPU knows of a frame: its number, counted from 1, its lights, its timed passes, and what it cost."""
+    """What the CPU knows of a frame: its number, counted from 1, lights, timed passes, and what it cost."""
 
-    number: int
-    lights: list[Light]
-    pass_names: list[str]
-    cpu_ms: float
-    submits: int
+    def __init__(self, number: int, scene: Scene, commands: Commands, cpu_ms: float) -> None:
+        self.number, self.cpu_ms, self.submits = number, cpu_ms, commands.submits
+        self.lights, self.warnings = list(scene.lights), list(scene.warnings)
+        self.pass_names = list(commands.timer.names)
 
 
 class FramePasses:
@@ -56,9 +58,16 @@ class FramePasses:
         self.gbuffer, self.timer = gbuffer, PassTimer(gpu)
         self._visibility = GrowingBuffer(gpu, 4 * gbuffer.size[0] * gbuffer.size[1], "the visibility")
         self.shading = Shading(gpu, gbuffer, self._visibility)
-        self._mean: Mean | None = None
+        self.mean = Mean(gpu, self._visibility, self.shading.color)
         self.groups = self._make_groups()
+        self.submitted: Submitted
+        self._finished: FrameStats | None = None
         self._light_count = -1
+
+    @property
+    def technique(self) -> TechniquePass:
+        """The technique at work on the first light, for pictures of what it decided."""
+        return self.groups.passes[0]
 
     def _make_groups(self) -> LightGroups:
         context = RenderContext(self._gpu, self.gbuffer.scene, self.gbuffer, self._visibility.buffer)
@@ -70,22 +79,10 @@ class FramePasses:
         return Images(self.shading.color, self._visibility.buffer, self.gbuffer.position, self.gbuffer.normal)
 
     @property
-    def mean(self) -> Mean:
-        """Made when somebody refines."""
-        if self._mean is None:
-            self._mean = Mean(self._gpu, self._visibility, self.shading.color)
-        return self._mean
-
-    def forget_mean(self) -> None:
-        """A frame of it was lost."""
-        if self._mean is not None:
-            self._mean.forget()
-
-    @property
     def bytes(self) -> int:
         """Of everything but the scene."""
         images = self.gbuffer.bytes + self._visibility.size + self.shading.bytes + self.readback.size + self.ring.size
-        return images + self.groups.bytes + (self._mean.bytes if self._mean is not None else 0)
+        return images + self.groups.bytes + self.mean.bytes
 
     def prepare(self, light_count: int) -> None:
         """Make room for so many lights, and build the passes that they ask for."""
@@ -113,6 +110,40 @@ class FramePasses:
         for name, (buffer, dtype, shape) in self.groups.results.items():
             readback.add_buffer(name, buffer, dtype, shape)
         return readback
+
+    def read(self) -> Frame:
+        """Wait for the frame submitted last, whose images were copied. Raises DeviceError where the GPU gave up."""
+        try:
+            images = self.readback.read()
+        except DeviceError:
+            self.mean.forget()
+            raise
+        return Frame.of(images, self.submitted.lights, self._stats(images, self.submitted))
+
+    def finished(self) -> FrameStats | None:
+        """Statistics of the last frame that has finished, of those whose statistics alone were copied."""
+        try:
+            found = self.ring.finished()
+        except DeviceError:
+            self.mean.forget()
+            raise
+        if found is not None:
+            self._finished = self._stats(*found)
+        return self._finished
+
+    def _stats(self, results: Mapping[str, np.ndarray], submitted: Submitted) -> FrameStats:
+        gpu, scene, groups = self._gpu, self.gbuffer.scene, self.groups
+        groups.take_results(results)
+        return FrameStats(
+            shadow_maps=groups.shadow_maps,
+            lookups_per_pixel=groups.lookups_per_pixel,
+            gpu_ms=milliseconds(submitted.pass_names, results["stamps"]) if self.timer.enabled else {},
+            cpu_ms=submitted.cpu_ms,
+            gpu_bytes=scene.bytes + self.bytes,
+            submits=submitted.submits,
+            warnings=[*submitted.warnings, *gpu.fallbacks, *scene.warnings, *groups.warnings],
+            number=submitted.number,
+        )
 
     def release(self) -> None:
         """Destroy what is on the GPU, the G-buffer apart."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import wgpu
 
+from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, Vec3f, dtype, pack
@@ -129,3 +130,14 @@ class GBuffer:
                 draw.draw(3 * (scene.triangle_count - scene.opaque_count), 1, 3 * scene.opaque_count)
         with commands.compute("gbuffer") as compute:
             self._resolve.dispatch(compute, (-(-self.size[0] // 8), -(-self.size[1] // 8)))
+
+
+def checked_size(size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height in pixels. OptionError where they are none."""
+    try:
+        width, height = (int(extent) for extent in size)
+    except (TypeError, ValueError):
+        raise OptionError(f"size must be (width, height) in pixels, got {size!r}") from None
+    if min(width, height) < 1:
+        raise OptionError(f"size must be at least 1×1 pixels, got {size!r}")
+    return width, height

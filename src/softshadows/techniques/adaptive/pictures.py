@@ -94,7 +94,7 @@ class Decisions:
 
 def read_decisions(renderer: Any) -> Decisions:
     """The decisions of the last frame of `renderer`, an `ss.Renderer`; OptionError where there is none of this kind."""
-    work = getattr(renderer, "technique_pass", None)
+    work = getattr(renderer.passes, "technique", None)
     if not isinstance(work, AdaptivePass) or not work._turns:
         raise OptionError(
             "these pictures show adaptive sampling: render a frame with technique 'adaptive' and a light first"

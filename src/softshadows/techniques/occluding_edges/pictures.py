@@ -84,7 +84,7 @@ class Edges:
 
 def read_edges(renderer: Any) -> Edges:
     """The edges of the last frame of `renderer`, an `ss.Renderer`; OptionError where there are none of this kind."""
-    work = getattr(renderer, "technique_pass", None)
+    work = getattr(renderer.passes, "technique", None)
     if not isinstance(work, OccludingEdgesPass) or not work.lights:
         raise OptionError(
             "these pictures show occluding edges: render a frame with technique 'occluding_edges' and a light first"
