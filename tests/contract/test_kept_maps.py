@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-import wgpu
 
 import softshadows as ss
 import stage
@@ -20,7 +19,7 @@ from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.device import acquire
 from softshadows.techniques import Adaptive, Technique, Uniform
 from softshadows.visibility.maps.plan import plan_atlas
-from softshadows.visibility.maps.shadow_atlas import DRAW_BYTES, DRAWS, ShadowAtlas
+from softshadows.visibility.maps.shadow_atlas import DRAW_BYTES, DRAWN_BYTES, DRAWS, ShadowAtlas
 
 SIZE = (61, 45)
 KEEPING: dict[str, Technique] = {
@@ -33,19 +32,6 @@ KEEPING: dict[str, Technique] = {
 OTHER = dataclasses.replace(stage.RECT, position=(-1.5, 3.0, 1.0), width=2.0)
 
 every_keeper = pytest.mark.parametrize("name", list(KEEPING))
-
-
-@pytest.fixture(autouse=True)
-def _readable_arguments(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Nothing but these tests reads indirect arguments back, so their buffers do not say that they can be."""
-    device = type(acquire().device)
-    create = device.create_buffer
-
-    def create_readable(self: Any, *, usage: int, **others: Any) -> wgpu.GPUBuffer:
-        more = wgpu.BufferUsage.COPY_SRC if usage & wgpu.BufferUsage.INDIRECT else 0
-        return create(self, usage=usage | more, **others)
-
-    monkeypatch.setattr(device, "create_buffer", create_readable)
 
 
 def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
@@ -63,7 +49,7 @@ def atlas_of(renderer: ss.Renderer) -> ShadowAtlas:
 def instances(renderer: ss.Renderer) -> npt.NDArray[np.uint32]:
     """(chunks, DRAWS): the views that each draw of the last light's last frame drew into."""
     atlas = atlas_of(renderer)
-    words = np.frombuffer(acquire().device.queue.read_buffer(atlas.arguments), "<u4")
+    words = np.frombuffer(acquire().device.queue.read_buffer(atlas.draws, DRAWN_BYTES), "<u4")
     return words.reshape(-1, DRAWS, DRAW_BYTES // 4)[:, :, 1]
 
 

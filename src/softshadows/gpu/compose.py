@@ -91,6 +91,17 @@ def compose(path: Path, stand_ins: Mapping[str, str] | None = None) -> Source:
     return Source("\n".join(lines[i] for i in order) + "\n", [origin[i] for i in order])
 
 
+def constant(path: str, name: str) -> int:
+    """The whole number that the shader at `path` declares as `const name = …u;`: what Python must know of it, too.
+
+    Raises ShaderError where it declares none.
+    """
+    found = re.search(rf"^const {name} = (\d+)u;", (PACKAGE / path).read_text(encoding="utf-8"), re.MULTILINE)
+    if found is None:
+        raise ShaderError(f"{path} declares no constant {name}")
+    return int(found[1])
+
+
 def label(file: Path) -> str:
     """A shader's path from the package's folder; a file outside of it goes by its name."""
     return file.relative_to(PACKAGE).as_posix() if file.is_relative_to(PACKAGE) else file.name

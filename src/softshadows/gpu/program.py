@@ -254,8 +254,9 @@ class DrawProgram(_Program):
         vertex_buffers: list[dict] | None = None,
         targets: list[dict] | None = None,
         constants: Mapping[str, float] | None = None,
+        stand_ins: Mapping[str, str] | None = None,
     ) -> None:
-        shader, module = _compiled(gpu, path, None)
+        shader, module = _compiled(gpu, path, stand_ins)
 
         def create() -> wgpu.GPURenderPipeline:
             shared = {"module": module, "constants": dict(constants or {})}
@@ -268,7 +269,7 @@ class DrawProgram(_Program):
                 **state,
             )
 
-        key = (path, vertex, fragment, repr((state, vertex_buffers, targets)), _frozen(constants))
+        key = (path, _frozen(stand_ins), vertex, fragment, repr((state, vertex_buffers, targets)), _frozen(constants))
         entries = (vertex,) if fragment is None else (vertex, fragment)
         super().__init__(gpu, shader, entries, _cached(gpu, key, create), resources)
 

@@ -367,12 +367,12 @@ fn cs_fit(@builtin(local_invocation_index) lane: u32) {
     join_into_front();
     let columns = best_columns();
     state.drawn_now = 0u;
-    if atomicLoad(&drawn_samples[0]) != 0u {
+    if atomicLoad(&draws.drawn_samples[0]) != 0u {
         if all_still_serve(columns) {
             return;
         }
         widen_wanted();
-        atomicStore(&drawn_samples[0], 0u);
+        atomicStore(&draws.drawn_samples[0], 0u);
     }
     state.columns = columns;
     for (var face = 0u; face < FACES; face++) {
@@ -386,12 +386,12 @@ fn cs_place() {
     for (var face = 0u; face < FACES; face++) {
         wanted[face] = line_windows[face];
     }
-    for (var rest = requests[stage.number] & ~atomicLoad(&drawn_samples[0]); rest != 0u; rest &= rest - 1u) {
+    for (var rest = requests[stage.number] & ~atomicLoad(&draws.drawn_samples[0]); rest != 0u; rest &= rest - 1u) {
         let sample = firstTrailingBit(rest);
         take_windows(f32(sample) / f32(max(light_samples.count, 2u) - 1u));
         place_bands(sample, state.columns);
         list_views(sample, stage.number);
         state.drawn_now |= 1u << sample;
     }
-    atomicOr(&drawn_samples[0], requests[stage.number]);
+    atomicOr(&draws.drawn_samples[0], requests[stage.number]);
 }

@@ -36,6 +36,7 @@ import numpy as np
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, dtype
 from softshadows.gpu.program import Program, Resource
@@ -46,7 +47,7 @@ from softshadows.visibility.maps.plan import AtlasPlan, tile_size
 from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
 from softshadows.visibility.maps.structs import FACES
 
-COLUMNS = 2
+COLUMNS = constant("visibility/line_maps/line_map.wgsl", "COLUMNS")
 """The most in which a tile's faces lie side by side (fit.wgsl)."""
 TEXELS_PER_PIXEL = 4.0
 """Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0013-line-shadow-maps.md."""

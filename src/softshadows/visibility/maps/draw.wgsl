@@ -1,21 +1,7 @@
-// Draw the occluders into the views of one chunk of light samples: one instance per view, kept in its place by clip distances.
+// Draw the occluders into the views of one chunk of light samples: one instance per view, kept in its place by clip distances,
+// or without them by fragments that are discarded (kept_by_discard.wgsl stands in).
 
-enable clip_distances;
-
-//#include "occluder.wgsl"
-
-struct Occluder {
-    @builtin(position) position_cs: vec4f,
-    @builtin(clip_distances) inside: array<f32, 4>,
-};
-
-struct MaskedOccluder {
-    @builtin(position) position_cs: vec4f,
-    @builtin(clip_distances) inside: array<f32, 4>,
-    @location(0) @interpolate(flat) triangle: u32,
-    @location(1) texcoords: vec4f,
-    @location(2) alpha: f32,
-};
+//#include "kept_by_clipping.wgsl"
 
 // Nothing is in a view before its triangles: two triangles over it, whose depth always passes.
 @vertex
@@ -25,32 +11,19 @@ fn vs_clear(@builtin(vertex_index) index: u32, view: View) -> @builtin(position)
 
 @vertex
 fn vs_opaque(@location(0) position_ws: vec3f, view: View) -> Occluder {
-    let projection = project(position_ws, view);
-    return Occluder(projection.position_cs, projection.inside);
+    return occluder(project(position_ws, view), view);
 }
 
 @vertex
 fn vs_masked(@builtin(vertex_index) index: u32, view: View) -> MaskedOccluder {
     let vertex = triangle_indices[index];
     let projection = project(vertex_position_ws(vertex), view);
-    return MaskedOccluder(
-        projection.position_cs,
-        projection.inside,
-        index / 3u,
-        vertex_attributes[vertex].texcoords,
-        vertex_color(vertex).a,
-    );
+    return masked_occluder(projection, view, index / 3u, vertex_attributes[vertex].texcoords, vertex_color(vertex).a);
 }
-
-struct MaskedFragment {
-    @location(0) @interpolate(flat) triangle: u32,
-    @location(1) texcoords: vec4f,
-    @location(2) alpha: f32,
-};
 
 @fragment
 fn fs_masked(fragment: MaskedFragment) {
-    if is_cut_out(fragment.triangle, fragment.texcoords, fragment.alpha) {
+    if is_outside(fragment) || is_cut_out(fragment.triangle, fragment.texcoords, fragment.alpha) {
         discard;
     }
 }

@@ -15,17 +15,23 @@ struct DrawCounter {
     first_instance: u32,
 };
 
+// One buffer, for a stage may bind eight on every device.
+struct Draws {
+    drawn_samples: array<atomic<u32>, DRAWN_WORDS>,  // whose maps are in the atlas, as bits
+    counters: array<DrawCounter>,                    // DRAWS by chunk
+};
+
 @group(0) @binding(0) var<storage, read> light: Light;
 @group(0) @binding(1) var<storage, read> light_samples: LightSamples;
 @group(0) @binding(2) var<storage, read> receiver_boxes: array<ReceiverBox>;
 @group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
 @group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
-@group(0) @binding(5) var<storage, read_write> draw_counters: array<DrawCounter>;  // DRAWS by chunk
-@group(0) @binding(6) var<storage, read_write> drawn_samples: array<atomic<u32>>;   // whose maps are in the atlas, as bits
+@group(0) @binding(5) var<storage, read_write> draws: Draws;
 @group(0) @binding(7) var<uniform> maps: ShadowMaps;
 
 const WINDOWS = 7u;
 const WIDE_FRONT = 6u;
+const DRAWN_WORDS = 128u;  // 4096 samples
 const DRAWS = 4u;  // cleared views, solid, opaque, masked triangles
 const KEPT_FINENESS = 0.7;  // of the texels along a unit that a new map would have, to keep the old one
 const KEPT_ROOM = 0.1;      // of a window's extent, on each side, once the camera has moved
@@ -184,9 +190,9 @@ fn list_views(sample: u32, chunk: u32) {
     for (var face = 0u; face < FACES; face++) {
         if views[face].size.x > 0u {
             let first_counter = DRAWS * chunk;
-            let place_in_list = atomicAdd(&draw_counters[first_counter].instance_count, 1u);
+            let place_in_list = atomicAdd(&draws.counters[first_counter].instance_count, 1u);
             for (var draw = 1u; draw < DRAWS; draw++) {
-                atomicAdd(&draw_counters[first_counter + draw].instance_count, 1u);
+                atomicAdd(&draws.counters[first_counter + draw].instance_count, 1u);
             }
             draw_views[chunk * maps.samples_per_chunk * FACES + place_in_list] = draw_view(face, sample_ls, views[face]);
         }

@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 import wgpu
 
+from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.program import DrawProgram, Program, Resource, Slice
@@ -41,11 +42,16 @@ from softshadows.visibility.maps.structs import (
 )
 
 _USAGE = wgpu.BufferUsage
-DRAWS = 4  # per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones
+DRAWS = constant("visibility/maps/placing.wgsl", "DRAWS")
+"""Per chunk: views to clear; triangles of solids that face the light, all other opaque ones, masked ones."""
 DRAW_BYTES = 20  # of an indirect draw's arguments
+DRAWN_BYTES = 4 * constant("visibility/maps/placing.wgsl", "DRAWN_WORDS")
+"""Before the arguments: which samples' maps are in the atlas."""
 FARTHEST_CORNER = 4.4
 """Distance of the farthest point of a window's near plane, in near distances: the front window's tangents reach 3."""
-BOX_EDGE = 8  # pixels
+_DISCARDING = {"visibility/maps/kept_by_clipping.wgsl": "visibility/maps/kept_by_discard.wgsl"}
+BOX_EDGE = constant("visibility/maps/receivers.wgsl", "EDGE")
+"""Pixels along the side of a box of receivers."""
 UNIFORM_ALIGNMENT = 256  # WebGPU: offset of a dynamic uniform
 
 
@@ -98,12 +104,12 @@ class ShadowAtlas:
         self.light = buffer(dtype(LightRecord).itemsize)
         self.settings = buffer(dtype(ShadowMaps).itemsize, _USAGE.UNIFORM)
         self.samples = buffer(dtype(LightSamples).itemsize + 16 * plan.places * plan.samples)
-        self.arguments = buffer(DRAW_BYTES * DRAWS * plan.chunks, _USAGE.INDIRECT)
+        assert plan.samples <= 32 * DRAWN_BYTES // 4
+        self.draws = buffer(DRAWN_BYTES + DRAW_BYTES * DRAWS * plan.chunks, _USAGE.INDIRECT)
         self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples)
         self.boxes = buffer(dtype(ReceiverBox).itemsize * self._groups[0] * self._groups[1])
         draw_views = FACES * plan.samples_per_chunk * plan.chunks
         self.draw_views = buffer(draw_views * dtype(DrawView).itemsize, _USAGE.VERTEX)
-        self.drawn = buffer(4 * -(-plan.samples // 32))
         self._chunks = gpu.buffer(UNIFORM_ALIGNMENT * plan.chunks, _USAGE.UNIFORM, "the chunks")
         self.bytes += self._chunks.size
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
@@ -145,8 +151,7 @@ class ShadowAtlas:
             "receiver_boxes": self.boxes,
             "shadow_views": self.views,
             "draw_views": self.draw_views,
-            "draw_counters": self.arguments,
-            "drawn_samples": self.drawn,
+            "draws": self.draws,
         }
 
     def chunk(self, number: int) -> Slice:
@@ -168,7 +173,7 @@ class ShadowAtlas:
             depth = {"format": "depth32float", "depth_write_enabled": True, "depth_compare": compare}
             return DrawProgram(
                 self._gpu,
-                f"visibility/maps/{'draw.wgsl' if clips else 'draw_discard.wgsl'}",
+                "visibility/maps/draw.wgsl",
                 f"vs_{kind}",
                 fragment,
                 {**self._scene.resources, "light": self.light, "maps": self.settings},
@@ -177,6 +182,7 @@ class ShadowAtlas:
                     "depth_stencil": depth,
                 },
                 vertex_buffers=buffers,
+                stand_ins={} if clips else _DISCARDING,
             )
 
         opaque_fragment = None if clips else "fs_opaque"
@@ -201,16 +207,17 @@ class ShadowAtlas:
     def set_lights(self, lights: Sequence[SampledLight]) -> None:
         """Write this frame's lights; `encode_fit` takes them by their index."""
         self._lights = [(sampled.light, sampled.points.tobytes()) for sampled in lights]
-        self._stride = sum(buffer.size for buffer in self._per_light)
+        self._stride = sum(size for _, _, size in self._per_light)
         if self._staging is None or self._staging.size < self._stride * len(lights):
             self._staging = self._gpu.buffer(self._stride * len(lights), 0, "the lights that take turns")
         data = b"".join(self._light_bytes(light) for light in lights)
         self._gpu.write(self._staging, 0, data, what="light")
 
     @property
-    def _per_light(self) -> tuple[wgpu.GPUBuffer, ...]:
-        """The buffers that hold one light at a time."""
-        return (self.light, self.settings, self.samples, self.arguments)
+    def _per_light(self) -> list[tuple[wgpu.GPUBuffer, int, int]]:
+        """Where one light at a time lies: buffers, offsets, bytes."""
+        whole = [(buffer, 0, buffer.size) for buffer in (self.light, self.settings, self.samples)]
+        return [*whole, (self.draws, DRAWN_BYTES, self.draws.size - DRAWN_BYTES)]
 
     def _light_bytes(self, sampled: SampledLight) -> bytes:
         """The contents of the per-light buffers, one after the other."""
@@ -251,12 +258,12 @@ class ShadowAtlas:
         assert self._staging is not None, "set_lights() comes before encode_receivers()"
         drawn_for = (*self._lights[index], self._scene.geometry)
         if not self.keeps_maps or drawn_for != self._kept_for:
-            encoder.clear_buffer(self.drawn)
+            encoder.clear_buffer(self.draws, 0, DRAWN_BYTES)
             self._kept_for = drawn_for
         offset = index * self._stride
-        for buffer in self._per_light:
-            encoder.copy_buffer_to_buffer(self._staging, offset, buffer, 0, buffer.size)
-            offset += buffer.size
+        for buffer, place, size in self._per_light:
+            encoder.copy_buffer_to_buffer(self._staging, offset, buffer, place, size)
+            offset += size
         fit = encoder.begin_compute_pass(timestamp_writes=timer.writes("fit"))
         self._bound_receivers.dispatch(fit, self._groups)
         fit.end()
@@ -286,18 +293,18 @@ class ShadowAtlas:
         draw = self._gpu.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format="depth32float")
         first_view = chunk * self.plan.samples_per_chunk * FACES
         draw.set_vertex_buffer(0, self.draw_views, first_view * dtype(DrawView).itemsize)
-        arguments = DRAW_BYTES * DRAWS * chunk
+        arguments = DRAWN_BYTES + DRAW_BYTES * DRAWS * chunk
         if clears_views:
             clear.begin(draw)
-            draw.draw_indirect(self.arguments, arguments)
+            draw.draw_indirect(self.draws, arguments)
         if scene.opaque_count:
             draw.set_vertex_buffer(1, scene.positions)
             draw.set_index_buffer(scene.indices, "uint32")
             solid.begin(draw)
-            draw.draw_indexed_indirect(self.arguments, arguments + DRAW_BYTES)
+            draw.draw_indexed_indirect(self.draws, arguments + DRAW_BYTES)
             opaque.begin(draw)
-            draw.draw_indexed_indirect(self.arguments, arguments + 2 * DRAW_BYTES)
+            draw.draw_indexed_indirect(self.draws, arguments + 2 * DRAW_BYTES)
         if scene.triangle_count > scene.opaque_count:
             masked.begin(draw)
-            draw.draw_indirect(self.arguments, arguments + 3 * DRAW_BYTES)
+            draw.draw_indirect(self.draws, arguments + 3 * DRAW_BYTES)
         return draw.finish()

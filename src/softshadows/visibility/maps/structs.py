@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f
 
-FACES = 6
+FACES = constant("visibility/maps/light_space.wgsl", "FACES")
 """Of the cube around a light sample that its windows are cut into."""
 
 

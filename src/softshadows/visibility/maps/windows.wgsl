@@ -129,7 +129,7 @@ fn fit_sample(sample: u32, slot: Slot, lane: u32) {
 
     // A map that is still there is kept while it serves. Once outgrown, its successor gets room for what comes next.
     let bit = 1u << (sample % 32u);
-    let was_drawn = (atomicOr(&drawn_samples[sample / 32u], bit) & bit) != 0u;
+    let was_drawn = (atomicOr(&draws.drawn_samples[sample / 32u], bit) & bit) != 0u;
     for (var attempt = 0u; attempt < select(1u, 2u, was_drawn); attempt++) {
         if attempt == 1u {
             widen_windows();

@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Program
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
@@ -19,7 +20,7 @@ PACKET = 4
 """Segments from one point."""
 AT_ONCE = 1 << 16
 """Packets of one submit, so that no driver's watchdog ends it."""
-_CUT_SHORT_BIT = 16  # cast.wgsl
+_CUT_SHORT_BIT = constant("visibility/rays/cast.wgsl", "CUT_SHORT")
 
 
 class Caster:

@@ -1,16 +1,16 @@
 // Given packets of four segments: which of them are blocked?
 
 //#include "occluded.wgsl"
+//#include "invocation.wgsl"
 
 @group(0) @binding(0) var<storage, read> packets: array<vec4f>;         // by packet: origin, x, y, z, until
 @group(0) @binding(1) var<storage, read_write> blocked: array<u32>;     // by packet: a bit for each segment, and one for failure
 
-const INVOCATIONS = 64u;
 const CUT_SHORT = 16u;
 
 @compute @workgroup_size(INVOCATIONS)
 fn cs_cast(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = id.y * groups.x * INVOCATIONS + id.x;
+    let index = invocation(id, groups);
     if index >= arrayLength(&blocked) {
         return;
     }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype
 from softshadows.scene.geometry import Geometry
 
@@ -17,7 +18,7 @@ THINNEST = 1e-6
 POINT = 1e-12
 """Metres: as if a scene in one point were so large."""
 
-INVOCATIONS = 64
+INVOCATIONS = constant("visibility/rays/invocation.wgsl", "INVOCATIONS")
 MOST_GROUPS = 65535
 """WebGPU: workgroups along one dimension of a dispatch."""
 

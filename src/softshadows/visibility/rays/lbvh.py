@@ -14,17 +14,18 @@ from __future__ import annotations
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import U32, Struct
 from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.visibility.rays.grid import NODE_COUNT_OFFSET, groups_of
 from softshadows.visibility.rays.sah import LARGE, NODE_COST
 
-DIGITS = 256
-"""Of a pass of the sort: eight bits (sort.wgsl)."""
+DIGITS = constant("visibility/rays/sort.wgsl", "DIGITS")
+"""Of a pass of the sort: eight bits."""
 PASSES = 6
 """Of codes with 46 bits; an even number, after which the list is where it was."""
-BLOCK = 2048
+BLOCK = constant("visibility/rays/inclusive_scan.wgsl", "BLOCK")
 """Triangles of one workgroup of the sort, nodes of one of the merge."""
 
 

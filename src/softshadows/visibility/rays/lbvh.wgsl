@@ -10,20 +10,16 @@
 //#include "gpu/scene.wgsl"
 //#include "tree_node.wgsl"
 //#include "lbvh_scratch.wgsl"
+//#include "invocation.wgsl"
 
 @group(0) @binding(4) var<storage, read_write> shapes: array<vec4u>;  // refit.wgsl
 
 override LARGE = 0.25;  // sah.py
 
-const INVOCATIONS = 64u;
 const IS_FIRST_CHILD = 0x80000000u;
 const CELLS_ACROSS = 65536.0;  // of the tree's grid
 const CODED_CELLS = 32768.0;
 const LARGE_BIT = 0x200000u;
-
-fn invocation(id: vec3u, groups: vec3u) -> u32 {
-    return id.y * groups.x * INVOCATIONS + id.x;
-}
 
 // Eight bits of each coordinate, in turns from x on.
 fn interleaved(coordinates: vec3u) -> u32 {

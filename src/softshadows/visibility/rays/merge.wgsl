@@ -9,7 +9,8 @@
 // Such a tree has 2t - 1 nodes, and a node over c triangles is followed by the 2c - 2 below it.
 
 //#include "tree_node.wgsl"
-//#include "sum_up_to.wgsl"
+//#include "inclusive_scan.wgsl"
+//#include "invocation.wgsl"
 
 @group(0) @binding(0) var<uniform> tree: TreeGrid;
 @group(0) @binding(1) var<storage, read_write> shapes: array<u32>;      // refit.wgsl, word by word; the last: see cs_stay
@@ -18,15 +19,9 @@
 
 override NODE_COST = 0.5;     // sah.py
 
-const INVOCATIONS = 64u;
 const MOST_IN_LEAF = LEAF_COUNT_MASK + 1u;
 const MOST_NODES = 2u * MOST_IN_LEAF - 1u;  // of a tree over so many
-const BLOCK = 2048u;
 const IS_LEAF = 0x80000000u;
-
-fn invocation(id: vec3u, groups: vec3u) -> u32 {
-    return id.y * groups.x * INVOCATIONS + id.x;
-}
 
 fn triangles_in(node: u32) -> u32 {
     return shapes[4u * node + 1u] - shapes[4u * node];
@@ -84,41 +79,41 @@ fn stays(node: u32) -> bool {
 }
 
 // A node's last word: how many nodes of its block stay before it, and whether it is a leaf.
-@compute @workgroup_size(SUM_LANES)
+@compute @workgroup_size(SCAN_LANES)
 fn cs_stay(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group.y * groups.x + group.x;
     let node_count = 2u * tree.triangle_count - 1u;
     var before = 0u;
-    for (var first = BLOCK * block; first < BLOCK * block + BLOCK; first += SUM_LANES) {
+    for (var first = BLOCK * block; first < BLOCK * block + BLOCK; first += SCAN_LANES) {
         let node = first + lane;
         let is_one = node < node_count;
         let counts = select(0u, 1u, is_one && stays(node));
-        let sum = sum_up_to(lane, counts);
+        let sum = inclusive_scan(lane, counts);
         if is_one {
             shapes[4u * node + 3u] = (before + sum - counts) | select(0u, IS_LEAF, nodes[4u * node + 3u] > 0u);
         }
-        before += sum_of_all();
+        before += scan_total();
     }
     if lane == 0u && BLOCK * block < node_count {
         stay_before[block] = before;
     }
 }
 
-@compute @workgroup_size(SUM_LANES)
+@compute @workgroup_size(SCAN_LANES)
 fn cs_sum(@builtin(local_invocation_index) lane: u32) {
     let blocks = arrayLength(&stay_before) - 1u;
     var before = 0u;
-    for (var first = 0u; first < blocks; first += SUM_LANES) {
+    for (var first = 0u; first < blocks; first += SCAN_LANES) {
         let block = first + lane;
         var count = 0u;
         if block < blocks {
             count = stay_before[block];
         }
-        let sum = sum_up_to(lane, count);
+        let sum = inclusive_scan(lane, count);
         if block < blocks {
             stay_before[block] = before + sum - count;
         }
-        before += sum_of_all();
+        before += scan_total();
     }
     if lane == 0u {
         stay_before[blocks] = before;

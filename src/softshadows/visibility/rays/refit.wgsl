@@ -3,6 +3,7 @@
 
 //#include "gpu/scene.wgsl"
 //#include "tree_node.wgsl"
+//#include "invocation.wgsl"
 
 @group(0) @binding(0) var<uniform> tree: TreeGrid;
 @group(0) @binding(1) var<storage, read> order: array<u32>;                    // the triangle at every place
@@ -13,7 +14,6 @@
 
 override level = 0u;  // of the pyramid that cs_reduce fills
 
-const INVOCATIONS = 64u;
 const FAN = 4u;            // boxes below each box of the pyramid
 const ROUNDING = 0.03125;  // cells: more than float32 loses on the way to the grid, and than a ray does on its way through
 const EMPTY = vec4u(0xffffu, 0xffffu, 0xffffu, 0u);
@@ -31,10 +31,6 @@ fn united(a: vec4u, b: vec4u) -> vec4u {
 // A position on the grid, in cells.
 fn on_grid(position_ws: vec3f) -> vec3f {
     return (position_ws - tree.low_ws) * tree.cells_per_metre;
-}
-
-fn invocation(id: vec3u, groups: vec3u) -> u32 {
-    return id.y * groups.x * INVOCATIONS + id.x;
 }
 
 @compute @workgroup_size(INVOCATIONS)

@@ -8,13 +8,12 @@
 // Workgroups hear of each other between dispatches only, so that it does not matter which of them run at one time.
 
 //#include "lbvh_scratch.wgsl"
-//#include "sum_up_to.wgsl"
+//#include "inclusive_scan.wgsl"
 //#struct SortPass
 
 @group(0) @binding(2) var<uniform> sort: SortPass;
 
 const DIGITS = 256u;   // and invocations: each has a digit of its own
-const BLOCK = 2048u;   // triangles
 const WORDS = DIGITS / 32u;
 
 fn block_count() -> u32 {
@@ -78,11 +77,11 @@ fn cs_scan_blocks(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
         if block < block_count() {
             count = scratch[count_at(digit, block)];
         }
-        let sum = sum_up_to(lane, count);
+        let sum = inclusive_scan(lane, count);
         if block < block_count() {
             scratch[count_at(digit, block)] = before + sum - count;
         }
-        before += sum_of_all();
+        before += scan_total();
     }
     if lane == 0u {
         scratch[count_at(digit, block_count())] = before;
@@ -92,7 +91,7 @@ fn cs_scan_blocks(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation
 @compute @workgroup_size(DIGITS)
 fn cs_scan_digits(@builtin(local_invocation_index) lane: u32) {
     let count = scratch[count_at(lane, block_count())];
-    scratch[count_at(lane, block_count())] = sum_up_to(lane, count) - count;
+    scratch[count_at(lane, block_count())] = inclusive_scan(lane, count) - count;
 }
 
 // By digit: which lanes have it, a bit each, and where the next triangle that has it goes.

@@ -18,6 +18,7 @@ import wgpu
 
 from softshadows.errors import DeviceError, OptionError
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
@@ -28,8 +29,8 @@ from softshadows.visibility.rays.parts import Change, Parts
 from softshadows.visibility.rays.shape import MOST_TRIANGLES
 
 _USAGE = wgpu.BufferUsage
-FAN = 4
-"""Boxes below each box of the pyramid (refit.wgsl)."""
+FAN = constant("visibility/rays/refit.wgsl", "FAN")
+"""Boxes below each box of the pyramid."""
 BUILDERS = ("auto", "cpu", "gpu")
 MOST_ON_CPU = 300_000
 """Triangles up to which the CPU builds: about a second's work, for a tree that is walked faster."""
