@@ -8,8 +8,6 @@
 @group(2) @binding(1) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(10) var<uniform> levels: Levels;      // that this pass adds up
 
-var<workgroup> receivers: atomic<u32>;
-
 // Visible corners of a row's leaves, each as often as it has leaves.
 fn visible_leaf_corners(tile: u32, lane: u32, level: u32, row: u32, leaves: u32) -> u32 {
     let rows = sample_rows(level, row);
@@ -60,60 +58,40 @@ fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> ve
     return paper_weight(level) * vec2f(sums);
 }
 
-fn is_before_light(receiver: Receiver) -> bool {
-    let point = to_light_space(light, receiver.position_ws - light.center_ws);
-    return dot(to_light_space(light, receiver.normal_ws), point) < 0.0 && (light.is_one_sided == 0u || point.z < 0.0);
-}
-
 @compute @workgroup_size(TILE, TILE)
 fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let tile = group.y * tiles_across() + group.x;
-    let tree = tree_of(tile);
-    let pixel = tile_origin(tile) + local.xy;
-    var receiver: Receiver;
-    if all(pixel < frame.size) {
-        receiver = load_receiver(pixel);
-    }
-    if lane == 0u {
-        atomicStore(&receivers, 0u);
-    }
-    workgroupBarrier();
-    if receiver.is_surface {
-        atomicAdd(&receivers, 1u);
-    }
-    workgroupBarrier();
+    let pixel = tree_pixel(group.xy, local.xy);
+    let receivers = receivers_of_tile(pixel.surface, lane);
     if lane == 0u && levels.first == 0u {
-        count_lookups(tree, atomicLoad(&receivers));
+        count_lookups(pixel.tree, receivers);
+        if pixel.tile == 0u {
+            report_rays();
+        }
     }
-    if lane == 0u && levels.first == 0u && tile == 0u {
-        report_rays();
-    }
-    if any(pixel >= frame.size) {
+    if !pixel.exists {
         return;
     }
-
-    let at = visibility_index(light, pixel, frame.size);
-    if !receiver.is_surface || !is_active(tree) {
-        visibility[at] = select(1.0, 0.0, receiver.is_surface && !is_before_light(receiver));
+    if !pixel.surface.is_surface || !is_active(pixel.tree) {
+        visibility[pixel.at] = visibility_without_tree(pixel.surface);
         return;
     }
-    let change = select(0.0, visibility[at], shape.has_brackets == 1u);  // bracket.wgsl
+    let change = select(0.0, visibility[pixel.at], shape.has_brackets == 1u);  // bracket.wgsl
     // Between passes of the deferred evaluation, visibility holds the visible weight.
-    var visible = select(visibility[at], 0.0, levels.first == 0u);
+    var visible = select(visibility[pixel.at], 0.0, levels.first == 0u);
     var total = 0.0;
     let deepest = deepest_drawn();
     for (var level = 0u; level <= deepest; level++) {
         let is_summed = level >= levels.first && level < levels.end;
         if paper_weights {
-            let sums = sum_by_paper(tile, tree, lane, level, deepest);
+            let sums = sum_by_paper(pixel.tile, pixel.tree, lane, level, deepest);
             visible += select(0.0, sums.x, is_summed);
             total += sums.y;
         } else if is_summed {
-            visible += sum_by_area(tile, tree, lane, level, deepest);
+            visible += sum_by_area(pixel.tile, pixel.tree, lane, level, deepest);
         }
     }
     if !paper_weights {
         total = 4.0 * cell_area(0u);
     }
-    visibility[at] = select(visible, visible / total + change, levels.end > shape.deepest);
+    visibility[pixel.at] = select(visible, visible / total + change, levels.end > shape.deepest);
 }

@@ -26,31 +26,24 @@ fn correction(start: RayStart, pixel: vec2u, first: u32, last: u32) -> f32 {
 
 @compute @workgroup_size(TILE, TILE)
 fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let tile = group.y * tiles_across() + group.x;
-    let tree_index = tree_of(tile);
-    let pixel = tile_origin(tile) + local.xy;
-    if any(pixel >= frame.size) || !is_active(tree_index) {
+    let pixel = tree_pixel(group.xy, local.xy);
+    if !pixel.surface.is_surface || !is_active(pixel.tree) {
         return;
     }
-    let surface = load_receiver(pixel);
-    if !surface.is_surface {
-        return;
-    }
-    let start = ray_start(surface.position_ws, surface.normal_ws);
-    let seen = remembered(tile, 0u, lane);
+    let start = ray_start(pixel.surface.position_ws, pixel.surface.normal_ws);
+    let seen = remembered(pixel.tile, 0u, lane);
     var change = 0.0;
     var rays = 0u;
     for (var level = 0u; level <= shape.deepest; level++) {
         let width = spacing(level);
-        var mixed = leaf_cells(tree_index, level, 0u, shape.deepest) & (seen ^ (seen >> width));
+        var mixed = leaf_cells(pixel.tree, level, 0u, shape.deepest) & (seen ^ (seen >> width));
         for (; mixed != 0u; mixed &= mixed - 1u) {
             let first = firstTrailingBit(mixed);
-            change += cell_area(level) * correction(start, pixel, first, first + width);
+            change += cell_area(level) * correction(start, pixel.place, first, first + width);
             rays += 4u;
         }
     }
-    let at = visibility_index(light, pixel, frame.size);
-    visibility[at] = change / cell_area(0u);
+    visibility[pixel.at] = change / cell_area(0u);
     atomicAdd(&control.bracket_rays, rays);
     if was_cut_short {
         atomicOr(&control.cut_short, 1u);

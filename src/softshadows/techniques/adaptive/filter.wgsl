@@ -13,7 +13,6 @@ override pcf_texels: u32;    // along the kernel's side; 0: CELL
 const CELL_TAPS = 3u;        // along a side
 const BLOCKER_SLACK = 0.7;   // blockers of one silhouette differ in distance
 
-var<workgroup> receivers: atomic<u32>;
 var<workgroup> seen_by_some: array<atomic<u32>, MOST_ROWS>;
 var<workgroup> seen_by_all: array<atomic<u32>, MOST_ROWS>;
 
@@ -135,90 +134,100 @@ fn silhouette_ratio(receiver: LightReceiver, tile: u32, tree: u32, lane: u32, ro
     return select(0.0, sum / count, count > 0.0);
 }
 
-fn is_before_light(receiver: LightReceiver) -> bool {
-    return dot(receiver.normal, receiver.point) < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
+// What a pixel knows of the light by its look-ups.
+struct Known {
+    sees_some: bool,
+    misses_some: bool,
+};
+
+fn known_of(pixel: TreePixel, lane: u32, deepest: u32) -> Known {
+    var known = Known(false, false);
+    for (var row = 0u; row < shape.sample_rows; row++) {
+        let asked = requests[pixel.tree * shape.sample_rows + row] & known_samples(deepest, row);
+        if asked != 0u {
+            let seen = remembered(pixel.tile, row, lane) & asked;
+            atomicOr(&seen_by_some[row], seen);
+            atomicAnd(&seen_by_all[row], seen);
+            known.sees_some |= seen != 0u;
+            known.misses_some |= seen != asked;
+        }
+    }
+    return known;
 }
 
-@compute @workgroup_size(TILE, TILE)
-fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let tile = group.y * tiles_across() + group.x;
-    let tree = tree_of(tile);
-    let pixel = tile_origin(tile) + local.xy;
-    let deepest = deepest_drawn();
-    var surface: Receiver;
-    if all(pixel < frame.size) {
-        surface = load_receiver(pixel);
+// The look-ups of a row of which a filter may know more.
+fn uncertain_samples(row: u32, asked: u32, is_mixed: bool) -> u32 {
+    if pcf_texels > 0u {
+        return atomicLoad(&seen_by_some[row]) & ~atomicLoad(&seen_by_all[row]);
     }
-    if lane == 0u {
-        atomicStore(&receivers, 0u);
+    return select(0u, asked, is_mixed);
+}
+
+fn filtered(sample: vec2u, pixel: TreePixel, receiver: LightReceiver, lane: u32, width: u32, is_seen: bool) -> f32 {
+    let number = sample.y * shape.columns + sample.x;
+    if pcf_texels > 0u {
+        return filtered_by_pcf(number, receiver);
     }
-    if lane < MOST_ROWS {
-        atomicStore(&seen_by_some[lane], 0u);
-        atomicStore(&seen_by_all[lane], 0xffffffffu);
+    let ratio = silhouette_ratio(receiver, pixel.tile, pixel.tree, lane, sample.y, sample.x, width, is_seen);
+    if ratio > 1.0 {
+        return filtered_by_cell(number, receiver, width, ratio);
     }
-    workgroupBarrier();
-    let has_work = surface.is_surface && is_active(tree);
-    var is_mixed = false;
-    var sees_some = false;
-    if has_work {
-        atomicAdd(&receivers, 1u);
-        var misses_some = false;
-        for (var row = 0u; row < shape.sample_rows; row++) {
-            let known = requests[tree * shape.sample_rows + row] & known_samples(deepest, row);
-            if known != 0u {
-                let seen = remembered(tile, row, lane) & known;
-                atomicOr(&seen_by_some[row], seen);
-                atomicAnd(&seen_by_all[row], seen);
-                sees_some |= seen != 0u;
-                misses_some |= seen != known;
-            }
-        }
-        is_mixed = sees_some && misses_some;
-    }
-    workgroupBarrier();
-    if lane == 0u {
-        count_lookups(tree, atomicLoad(&receivers));
-    }
-    if any(pixel >= frame.size) {
-        return;
-    }
-    let at = visibility_index(light, pixel, frame.size);
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
-    if !has_work {
-        visibility[at] = select(1.0, 0.0, surface.is_surface && !is_before_light(receiver));
-        return;
-    }
-    if pcf_texels == 0u && !is_mixed {
-        visibility[at] = select(0.0, 1.0, sees_some);
-        return;
-    }
+    return f32(is_seen);
+}
+
+fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f32 {
+    let receiver = light_receiver(pixel.surface.position_ws, pixel.surface.normal_ws);
     var visible = 0.0;
     var total = 0.0;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        let known = requests[tree * shape.sample_rows + row] & known_samples(deepest, row);
-        if known == 0u {
+        let asked = requests[pixel.tree * shape.sample_rows + row] & known_samples(deepest, row);
+        if asked == 0u {
             continue;
         }
-        let seen = remembered(tile, row, lane);
-        let uncertain = select(select(0u, known, is_mixed), atomicLoad(&seen_by_some[row]) & ~atomicLoad(&seen_by_all[row]), pcf_texels > 0u);
-        for (var rest = known; rest != 0u; rest &= rest - 1u) {
+        let seen = remembered(pixel.tile, row, lane);
+        let uncertain = uncertain_samples(row, asked, is_mixed);
+        for (var rest = asked; rest != 0u; rest &= rest - 1u) {
             let column = firstTrailingBit(rest);
-            let sample = row * shape.columns + column;
-            let share = share_of(tree, row, column, deepest);
-            var lit = f32(bit_of(seen, column));
+            let share = share_of(pixel.tree, row, column, deepest);
+            let is_seen = bit_of(seen, column) == 1u;
+            var lit = f32(is_seen);
             if bit_of(uncertain, column) == 1u {
-                if pcf_texels > 0u {
-                    lit = filtered_by_pcf(sample, receiver);
-                } else {
-                    let ratio = silhouette_ratio(receiver, tile, tree, lane, row, column, share.spacing, lit == 1.0);
-                    if ratio > 1.0 {
-                        lit = filtered_by_cell(sample, receiver, share.spacing, ratio);
-                    }
-                }
+                lit = filtered(vec2u(column, row), pixel, receiver, lane, share.spacing, is_seen);
             }
             visible += share.weight * lit;
             total += share.weight;
         }
     }
-    visibility[at] = visible / total;
+    return visible / total;
+}
+
+@compute @workgroup_size(TILE, TILE)
+fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
+    if lane < MOST_ROWS {
+        atomicStore(&seen_by_some[lane], 0u);
+        atomicStore(&seen_by_all[lane], 0xffffffffu);
+    }
+    let pixel = tree_pixel(group.xy, local.xy);
+    let receivers = receivers_of_tile(pixel.surface, lane);
+    let deepest = deepest_drawn();
+    let has_work = pixel.surface.is_surface && is_active(pixel.tree);
+    var known = Known(false, false);
+    if has_work {
+        known = known_of(pixel, lane, deepest);
+    }
+    workgroupBarrier();
+    if lane == 0u {
+        count_lookups(pixel.tree, receivers);
+    }
+    if !pixel.exists {
+        return;
+    }
+    let is_mixed = known.sees_some && known.misses_some;
+    if !has_work {
+        visibility[pixel.at] = visibility_without_tree(pixel.surface);
+    } else if pcf_texels == 0u && !is_mixed {
+        visibility[pixel.at] = select(0.0, 1.0, known.sees_some);
+    } else {
+        visibility[pixel.at] = filtered_sum(pixel, lane, deepest, is_mixed);
+    }
 }

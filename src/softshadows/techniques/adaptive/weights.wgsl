@@ -1,4 +1,5 @@
-// What both ways from look-ups to visibility share: the levels that were drawn, weights, and what is known without look-ups.
+// What both ways from look-ups to visibility share: where a pixel begins, the levels that were drawn, weights, and what is known
+// without look-ups. The including file declares `light`.
 
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
@@ -10,6 +11,53 @@
 @group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 
 override paper_weights: bool;
+
+var<workgroup> receivers: atomic<u32>;
+
+struct TreePixel {
+    exists: bool,      // false: outside of the image
+    tile: u32,
+    tree: u32,
+    place: vec2u,      // in the image
+    at: u32,           // in the visibility
+    surface: Receiver,
+};
+
+fn tree_pixel(group: vec2u, local: vec2u) -> TreePixel {
+    var found: TreePixel;
+    found.tile = group.y * tiles_across() + group.x;
+    found.tree = tree_of(found.tile);
+    found.place = tile_origin(found.tile) + local;
+    found.exists = all(found.place < frame.size);
+    if found.exists {
+        found.surface = load_receiver(found.place);
+        found.at = visibility_index(light, found.place, frame.size);
+    }
+    return found;
+}
+
+// How many of the tile's pixels show a surface. For all of its invocations at once.
+fn receivers_of_tile(surface: Receiver, lane: u32) -> u32 {
+    if lane == 0u {
+        atomicStore(&receivers, 0u);
+    }
+    workgroupBarrier();
+    if surface.is_surface {
+        atomicAdd(&receivers, 1u);
+    }
+    workgroupBarrier();
+    return atomicLoad(&receivers);
+}
+
+fn is_before_light(surface: Receiver) -> bool {
+    let point = to_light_space(light, surface.position_ws - light.center_ws);
+    return dot(to_light_space(light, surface.normal_ws), point) < 0.0 && (light.is_one_sided == 0u || point.z < 0.0);
+}
+
+// What is known without a tree: nothing is seen from behind the light, nor from a receiver that is turned away.
+fn visibility_without_tree(surface: Receiver) -> f32 {
+    return select(1.0, 0.0, surface.is_surface && !is_before_light(surface));
+}
 
 // The area of a level's cell, in cells of the deepest level.
 fn cell_area(level: u32) -> f32 {

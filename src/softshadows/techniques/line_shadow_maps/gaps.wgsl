@@ -6,6 +6,7 @@
 // can. The segment is judged in BINS parts, one bit each.
 
 //#include "visibility/line_maps/line_map.wgsl"
+//#include "visibility/line_maps/segment_parts.wgsl"
 
 const BINS = 32u;
 const SMOOTH_JUMP_TEXELS = 2.0;  // of its distance, over which a surface goes on to the next texel at any slope
@@ -13,9 +14,7 @@ const SMOOTH_SLOPES = 2.0;       // or this many times as far as from the texel 
 
 // The parts whose middle lies between two shares of the segment.
 fn bins_between(from_share: f32, to_share: f32) -> u32 {
-    let first = u32(clamp(ceil(f32(BINS) * min(from_share, to_share) - 0.5), 0.0, f32(BINS)));
-    let end = u32(clamp(ceil(f32(BINS) * max(from_share, to_share) - 0.5), 0.0, f32(BINS)));
-    return select(extractBits(0xffffffffu, 0u, end - min(first, end)) << min(first, 31u), 0u, first >= end);
+    return bits_between(first_part(min(from_share, to_share), BINS), first_part(max(from_share, to_share), BINS));
 }
 
 // Parts that a map's surfaces hide, and parts that something beyond the map's border may hide.

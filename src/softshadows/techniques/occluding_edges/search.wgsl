@@ -4,6 +4,8 @@
 // map's sample. Walking along the row away from the fragment, what is hidden is gathered as bits, one for each part of the
 // segment. That is what the paper asks for under "Detecting Edges in the Penumbra", without further layers.
 
+//#include "visibility/line_maps/segment_parts.wgsl"
+
 // What a sample knows of a fragment: whether it sees it, and how; and where that is in the map, from its texels' centres.
 struct Look {
     sample: u32,
@@ -20,20 +22,10 @@ struct Look {
 const PARTS = 128u;
 const ALL = vec4u(0xffffffffu);
 
-// Bits `low` to `high` - 1 of 32, for any numbers.
-fn bits_between(low: i32, high: i32) -> u32 {
-    let first = clamp(low, 0, 32);
-    let count = clamp(high, first, 32) - first;
-    if count == 0 {
-        return 0u;
-    }
-    return (0xffffffffu >> u32(32 - count)) << u32(first);
-}
-
 // The parts whose middles lie between two shares of the segment.
 fn parts_between(low: f32, high: f32) -> vec4u {
-    let first = i32(ceil(clamp(low, 0.0, 1.0) * f32(PARTS) - 0.5));
-    let end = i32(ceil(clamp(high, 0.0, 1.0) * f32(PARTS) - 0.5));
+    let first = first_part(low, PARTS);
+    let end = first_part(high, PARTS);
     return vec4u(
         bits_between(first, end),
         bits_between(first - 32, end - 32),
