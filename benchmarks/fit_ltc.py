@@ -26,7 +26,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 MIN_ROUGHNESS = 0.045
-"""The smoothest entry, as in area_light.wgsl: the limit for float32 in Filament's documentation, section 4.8.3.3."""
+"""The smoothest entry, as in surface.wgsl: the limit for float32 in Filament's documentation, section 4.8.3.3."""
 MIN_COSINE = 1e-3
 """cos θ_v of the grazing row: at zero the lobe has no limit that a table could hold."""
 TABLE = Path(__file__).parent.parent / "src/softshadows/passes/lighting/ltc.npy"

@@ -7,19 +7,21 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from softshadows.gpu.layout import F32, U32, ArrayOfVec4f, Struct, Vec3f
+from softshadows.gpu.layout import F32, U32, ArrayOfVec4f, Struct, Vec3f, share_constants
 from softshadows.scene import lights as scene_lights
 
 _HERE = Path(__file__).parent
+KINDS = share_constants("LightKind", list(scene_lights.LIGHT_CLASSES))
+"""The numbers of the lights' kinds."""
 
 
 class Light(Struct):
     """A light as every pass reads it (light.wgsl): world space, metres; it emits along -back.
 
-    `kind` counts rect, disk, line, point, spot, directional; `index` is the light's place among the frame's lights, and
-    so that of its visibility; emission has the unit of its kind (scene/lights.py); the cosines are of a spot's two
-    angles. A directional light has no place and its rays are parallel; a round one fills an ellipse, not a rectangle; a
-    flat one is a surface in its plane.
+    `kind` is one of KINDS; `index` is the light's place among the frame's lights, and so that of its visibility;
+    emission has the unit of its kind (scene/lights.py); the cosines are of a spot's two angles. A directional light has
+    no place and its rays are parallel; a round one fills an ellipse, not a rectangle; a flat one is a surface in its
+    plane.
     """
 
     center_ws: Vec3f
@@ -63,7 +65,7 @@ def light_record(light: scene_lights.Light, index: int = 0) -> Light:
     inner, outer = light.cone
     return Light(
         center_ws=tuple(light.center.tolist()),
-        kind=list(scene_lights.LIGHT_CLASSES).index(light.kind),
+        kind=KINDS[light.kind],
         right_ws=tuple(right),
         half_width=light.half_extent[0],
         up_ws=tuple(up),

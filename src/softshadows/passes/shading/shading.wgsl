@@ -2,7 +2,7 @@
 
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "gpu/packing.wgsl"
-//#include "lights/area_light.wgsl"
+//#include "lights/radiance.wgsl"
 
 // x = shading normal (octahedral, 2 snorm16), y = base colour (sRGB, 4 unorm8), z = roughness and metallic (2 unorm16),
 // w = emission (RGB9E5)

@@ -1,7 +1,8 @@
-"""The WGSL of area lights against float64 numpy: irradiance by quadrature, highlights by integrating GGX."""
+"""The WGSL of lights against float64 numpy: irradiance by quadrature, highlights by integrating GGX."""
 
 from __future__ import annotations
 
+import re
 from functools import cache
 
 import numpy as np
@@ -12,6 +13,7 @@ from softshadows.gpu.compose import PACKAGE, compose
 from softshadows.gpu.layout import pack
 from softshadows.lights.record import light_record, specular_tables
 from softshadows.scene.lights import (
+    LIGHT_CLASSES,
     DirectionalLight,
     DiskLight,
     LineLight,
@@ -120,7 +122,7 @@ def irradiance(lights: list, points: np.ndarray, normals: np.ndarray) -> np.ndar
     rows = np.zeros((len(lights), 2, 4), np.float32)
     rows[:, 0, :3], rows[:, 1, :3] = points, normals
     records = pack(*map(light_record, lights))
-    return run("lights/area_light.wgsl", LIGHT_KERNEL, [records, rows.tobytes()], len(lights))[:, :2]
+    return run("lights/radiance.wgsl", LIGHT_KERNEL, [records, rows.tobytes()], len(lights))[:, :2]
 
 
 def radiance(lights: list, views: np.ndarray, roughness: np.ndarray, color=WHITE, metallic: float = 1.0) -> np.ndarray:
@@ -128,7 +130,15 @@ def radiance(lights: list, views: np.ndarray, roughness: np.ndarray, color=WHITE
     rows = np.zeros((len(lights), 2, 4), np.float32)
     rows[:, 0, :3], rows[:, 0, 3], rows[:, 1, :3], rows[:, 1, 3] = views, roughness, color, metallic
     inputs = [pack(*map(light_record, lights)), rows.tobytes()]
-    return run("lights/area_light.wgsl", SURFACE_KERNEL, inputs, len(lights), textures=tuple(table_textures()))[:, :3]
+    return run("lights/radiance.wgsl", SURFACE_KERNEL, inputs, len(lights), textures=tuple(table_textures()))[:, :3]
+
+
+def test_every_kind_of_light_is_told_from_the_others() -> None:
+    """A kind without its case in radiance.wgsl would be dark."""
+    text = (PACKAGE / "lights/radiance.wgsl").read_text(encoding="utf-8")
+    for function in ("irradiance", "specular"):
+        cases = re.findall(rf"case (\w+): {{ return (\w+)_{function}\(", text)
+        assert sorted(cases) == sorted((kind.upper(), kind) for kind in LIGHT_CLASSES)
 
 
 # -- The reference -----------------------------------------------------------------------------------------------------
