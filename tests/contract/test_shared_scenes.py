@@ -35,10 +35,14 @@ def test_a_second_renderer_and_more_lights_compile_nothing(name: str) -> None:
     stage.render(scene, stage.cheap(name))
     compiled = set(gpu.pipelines)
     with ss.Renderer(scene, technique=stage.cheap(name), size=(40, 30)) as renderer:
-        for lights in ([light], [light, light], [light, light, light], [light]):
+        renderer.render(stage.CAMERA)
+        assert renderer.passes is not None
+        at_work = renderer.passes.technique
+        for lights in ([light, light], [light, light, light], [light]):
             scene.lights = lights
             frame = renderer.render(stage.CAMERA)
             assert set(gpu.pipelines) == compiled
+            assert renderer.passes.technique is at_work, "the pass was built again"
             for layer in frame.visibility[1:]:
                 assert stage.same_bits(layer, frame.visibility[0])
 

@@ -17,6 +17,7 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
+from softshadows.gpu.growing import GrowingBuffer
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import LIGHT_CLASSES, Light
@@ -115,7 +116,7 @@ class RenderContext:
     gpu: Gpu
     scene: SceneBuffers
     gbuffer: GBuffer
-    visibility: wgpu.GPUBuffer
+    visibility: GrowingBuffer
 
 
 class TechniquePass(ABC):

@@ -54,12 +54,11 @@ class FramePasses:
     """
 
     def __init__(self, gpu: Gpu, gbuffer: GBuffer, technique_of: Callable[[int], Technique]) -> None:
-        self._gpu, self._technique_of = gpu, technique_of
-        self.gbuffer, self.timer = gbuffer, PassTimer(gpu)
+        self._gpu, self.gbuffer, self.timer = gpu, gbuffer, PassTimer(gpu)
         self._visibility = GrowingBuffer(gpu, 4 * gbuffer.size[0] * gbuffer.size[1], "the visibility")
         self.shading = Shading(gpu, gbuffer, self._visibility)
         self.mean = Mean(gpu, self._visibility, self.shading.color)
-        self.groups = self._make_groups()
+        self.groups = LightGroups(RenderContext(gpu, gbuffer.scene, gbuffer, self._visibility), technique_of)
         self.submitted: Submitted
         self._finished: FrameStats | None = None
         self._light_count = -1
@@ -68,10 +67,6 @@ class FramePasses:
     def technique(self) -> TechniquePass:
         """The technique at work on the first light, for pictures of what it decided."""
         return self.groups.passes[0]
-
-    def _make_groups(self) -> LightGroups:
-        context = RenderContext(self._gpu, self.gbuffer.scene, self.gbuffer, self._visibility.buffer)
-        return LightGroups(context, self._technique_of)
 
     @property
     def images(self) -> Images:
@@ -89,10 +84,7 @@ class FramePasses:
         if light_count == self._light_count:
             return
         width, height = self.gbuffer.size
-        before = self._visibility.buffer
         self._visibility.hold(4 * light_count * width * height)
-        if self._visibility.buffer is not before:
-            self.groups = self._make_groups()
         self.groups.prepare(light_count)
         self.readback = self._statistics()
         self.readback.add_texture("color", self.shading.color, "<f4", 4)

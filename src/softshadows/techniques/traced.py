@@ -82,6 +82,8 @@ class TracedPass(SampledPass):
         super().set_lights(lights)
         if not self._uses_maps:
             self.shadow_maps = 0
+        if self._denoise is not None:
+            self._denoise.set_layers(range(len(lights)))
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)

@@ -167,6 +167,8 @@ class AdaptivePass(TechniquePass):
         if written == self._written:
             return
         self._written = written
+        if self._denoise is not None:
+            self._denoise.set_layers(range(len(lights)))
         groups: dict[Lattice, list[tuple[Light, int]]] = {}
         turns = []
         for layer, light in enumerate(lights):

@@ -26,6 +26,7 @@ from typing import ClassVar
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.program import Program
+from softshadows.lights.layers import Layers
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 
@@ -43,13 +44,14 @@ class Unshadowed(Technique):
 class _FillPass(TechniquePass):
     def __init__(self, context: RenderContext) -> None:
         super().__init__()
-        self._fill = Program(context.gpu, "techniques/none/none.wgsl", "cs_fill", {"visibility": context.visibility})
-        self._groups = -(-context.visibility.size // 4 // 256)
+        self._size, self._layers = context.gbuffer.size, Layers(context.gpu)
+        resources = {"frame": context.gbuffer.uniforms, "visibility": context.visibility, "layers": self._layers.buffer}
+        self._fill = Program(context.gpu, "techniques/none/none.wgsl", "cs_fill", resources)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        pass  # all lights look the same
+        self._layers.write(range(len(lights)))
 
     def encode(self, commands: Commands) -> None:
-        rows = -(-self._groups // 65535)
+        width, height = self._size
         with commands.compute("fill") as compute:
-            self._fill.dispatch(compute, (min(self._groups, 65535), rows))
+            self._fill.dispatch(compute, (-(-width // 8), -(-height // 8), self._layers.count))

@@ -1,11 +1,13 @@
 // Visibility 1 everywhere.
 
-@group(0) @binding(0) var<storage, read_write> visibility: array<f32>;
+//#include "passes/gbuffer/frame.wgsl"
 
-@compute @workgroup_size(256)
-fn cs_fill(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
-    let index = id.y * groups.x * 256u + id.x;
-    if index < arrayLength(&visibility) {
-        visibility[index] = 1.0;
+@group(1) @binding(0) var<storage, read_write> visibility: array<f32>;
+@group(1) @binding(1) var<storage, read> layers: array<u32>;  // that are filled
+
+@compute @workgroup_size(8, 8)
+fn cs_fill(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < frame.size) {
+        visibility[(layers[id.z] * frame.size.y + id.y) * frame.size.x + id.x] = 1.0;
     }
 }

@@ -4,6 +4,7 @@
 
 @group(1) @binding(0) var<storage, read> noisy: array<f32>;
 @group(1) @binding(1) var<storage, read_write> visibility: array<f32>;
+@group(1) @binding(2) var<storage, read> layers: array<u32>;  // that are filtered
 
 override noise: f32;             // how far visibility may be off, as a share of the light
 
@@ -57,10 +58,11 @@ fn cs_denoise(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= frame.size) {
         return;
     }
+    let layer = layers[id.z];
     let pixel = vec2i(id.xy);
-    let value = value_at(pixel, id.z);
+    let value = value_at(pixel, layer);
     let here = load_receiver(id.xy);
-    if !here.is_surface || is_even(pixel, value, id.z) {
+    if !here.is_surface || is_even(pixel, value, layer) {
         return;
     }
     // Differences are added up, so that equal values stay exactly as they are.
@@ -71,11 +73,11 @@ fn cs_denoise(@builtin(global_invocation_id) id: vec3u) {
         if !is_in_image(pixel + offset) || !is_in_image(pixel - offset) {
             continue;
         }
-        let before = agreement(here, value, pixel + offset, id.z);
-        let after = agreement(here, value, pixel - offset, id.z);
+        let before = agreement(here, value, pixel + offset, layer);
+        let after = agreement(here, value, pixel - offset, layer);
         let weight = pattern_weight(offset) * min(before, after);
-        change += weight * (value_at(pixel + offset, id.z) + value_at(pixel - offset, id.z) - 2.0 * value);
+        change += weight * (value_at(pixel + offset, layer) + value_at(pixel - offset, layer) - 2.0 * value);
         weights += 2.0 * weight;
     }
-    visibility[(id.z * frame.size.y + id.y) * frame.size.x + id.x] = value + change / weights;
+    visibility[(layer * frame.size.y + id.y) * frame.size.x + id.x] = value + change / weights;
 }
