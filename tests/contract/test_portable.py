@@ -42,6 +42,22 @@ def test_variable_penumbras_options_too(options: dict, compare_visibility: Any) 
     compare_visibility(frame.visibility[0], full.visibility[0], limit=1e-3)
 
 
+@pytest.mark.parametrize(
+    ("light", "options"),
+    [
+        (stage.RECT, {"pcf": 2}),
+        (stage.RECT, {"filter": "cell"}),
+        (stage.light_for("line_shadow_maps"), {"visibility": "ray"}),
+        (stage.light_for("line_shadow_maps"), {"visibility": "hybrid"}),
+    ],
+)
+def test_adaptives_options_too(light: ss.Light, options: dict) -> None:
+    """Those whose programs bind most: a filter, and rays between a line's samples."""
+    scene = stage.standard_scene(light)
+    frame = ss.render(scene, technique=stage.cheap("adaptive", **options), size=stage.SIZE, profile="portable")
+    stage.check_visibility(frame)
+
+
 @pytest.mark.parametrize("name", [name for name in TECHNIQUES if name not in PROMISED])
 def test_the_others_run_too(name: str) -> None:
     stage.check_visibility(portable(name))

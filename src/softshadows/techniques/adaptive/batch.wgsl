@@ -5,7 +5,7 @@
 //#include "level.wgsl"
 //#include "remembered.wgsl"
 
-@group(3) @binding(1) var<storage, read> requests: array<u32>;
+@group(3) @binding(1) var<storage, read> trees: array<u32>;
 @group(3) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
@@ -28,7 +28,7 @@ fn level_pixel(group: vec3u, local: vec3u) -> LevelPixel {
 
 // The level's new samples in a row that a tile's tree requests.
 fn requested_samples(tile: u32, row: u32) -> u32 {
-    return requests[tree_of(tile) * shape.sample_rows + row] & new_samples(row);
+    return trees[request_index(tree_of(tile), row)] & new_samples(row);
 }
 
 // Answers about the samples of a row replace what an earlier frame left about them.

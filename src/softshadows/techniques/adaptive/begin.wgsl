@@ -5,8 +5,7 @@
 //#include "tree.wgsl"
 //#struct ReceiverBox
 
-@group(3) @binding(1) var<storage, read_write> requests: array<u32>;
-@group(3) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(3) @binding(1) var<storage, read_write> trees: array<u32>;
 @group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(2) @binding(0) var<storage, read> light: Light;
@@ -58,10 +57,10 @@ fn cs_begin(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     let has_work = atomicLoad(&undecided) == 1u;
     if shape.is_global == 0u || tile == 0u {
         if lane < shape.sample_rows {
-            requests[tree * shape.sample_rows + lane] = select(0u, root_samples(lane), has_work || shape.is_global == 1u);
+            trees[request_index(tree, lane)] = select(0u, root_samples(lane), has_work || shape.is_global == 1u);
         }
         if lane < shape.refined_rows {
-            refined[tree * shape.refined_rows + lane] = 0u;
+            trees[refined_index(tree, 0u, lane)] = 0u;
         }
     }
     if has_work && lane == 0u {

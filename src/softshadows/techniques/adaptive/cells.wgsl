@@ -1,10 +1,9 @@
 // Rows of a tree's cells, for kernels that only read them.
 
-@group(3) @binding(1) var<storage, read> requests: array<u32>;   // by tree and row of samples
-@group(3) @binding(2) var<storage, read> refined: array<u32>;    // by tree, level and row of cells
+@group(3) @binding(1) var<storage, read> trees: array<u32>;
 
 fn is_active(tree: u32) -> bool {
-    return requests[tree * shape.sample_rows] != 0u;
+    return trees[request_index(tree, 0u)] != 0u;
 }
 
 // The cells of a level's row whose parents are refined.
@@ -12,7 +11,7 @@ fn present_cells(tree: u32, level: u32, row: u32) -> u32 {
     if level == 0u {
         return select(0u, 1u, is_active(tree));
     }
-    return children_of(refined[refined_index(tree, level - 1u, parent_row(row))], level);
+    return children_of(trees[refined_index(tree, level - 1u, parent_row(row))], level);
 }
 
 fn leaf_cells(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
@@ -21,7 +20,7 @@ fn leaf_cells(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
     }
     var cells = present_cells(tree, level, row);
     if level < deepest {
-        cells &= ~refined[refined_index(tree, level, row)];
+        cells &= ~trees[refined_index(tree, level, row)];
     }
     return cells;
 }

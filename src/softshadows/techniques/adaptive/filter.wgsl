@@ -122,7 +122,7 @@ fn silhouette_ratio(receiver: LightReceiver, tile: u32, tree: u32, lane: u32, ro
             continue;
         }
         let at = vec2u(beside);
-        let is_known = bit_of(requests[tree * shape.sample_rows + at.y], at.x) == 1u;
+        let is_known = bit_of(trees[request_index(tree, at.y)], at.x) == 1u;
         if !is_known || (bit_of(remembered(tile, at.y, lane), at.x) == 1u) == is_seen {
             continue;
         }
@@ -143,7 +143,7 @@ struct Known {
 fn known_of(pixel: TreePixel, lane: u32, deepest: u32) -> Known {
     var known = Known(false, false);
     for (var row = 0u; row < shape.sample_rows; row++) {
-        let asked = requests[pixel.tree * shape.sample_rows + row] & known_samples(deepest, row);
+        let asked = trees[request_index(pixel.tree, row)] & known_samples(deepest, row);
         if asked != 0u {
             let seen = remembered(pixel.tile, row, lane) & asked;
             atomicOr(&seen_by_some[row], seen);
@@ -180,7 +180,7 @@ fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f3
     var visible = 0.0;
     var total = 0.0;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        let asked = requests[pixel.tree * shape.sample_rows + row] & known_samples(deepest, row);
+        let asked = trees[request_index(pixel.tree, row)] & known_samples(deepest, row);
         if asked == 0u {
             continue;
         }

@@ -4,12 +4,12 @@
 //#include "tree.wgsl"
 //#include "level.wgsl"
 
-@group(3) @binding(1) var<storage, read> requests: array<u32>;
+@group(3) @binding(1) var<storage, read> trees: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 
 // A tile's pixels are those of one box.
 fn is_receiver(tile: u32, sample: u32) -> bool {
-    return ((requests[tree_of(tile) * shape.sample_rows + sample / shape.columns] >> (sample % shape.columns)) & 1u) == 1u;
+    return ((trees[request_index(tree_of(tile), sample / shape.columns)] >> (sample % shape.columns)) & 1u) == 1u;
 }
 
 @compute @workgroup_size(LANES)

@@ -23,6 +23,7 @@ import numpy.typing as npt
 import wgpu
 
 from softshadows.errors import OptionError
+from softshadows.gpu.compose import constant
 from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.adaptive import AdaptivePass
 from softshadows.techniques.adaptive.tree_buffers import TILE
@@ -109,17 +110,14 @@ def read_decisions(renderer: Any) -> Decisions:
     height, width = surface.shape
     tiles = (-(-height // TILE), -(-width // TILE))
 
-    def by_tree(name: str, rows: int) -> Bools:
-        """(tiles down, tiles across, rows, columns), where all may share one tree."""
-        trees = (1, 1) if sampling.is_global else tiles
-        found = _bits(
-            words(getattr(sampling.buffers, name))[: trees[0] * trees[1] * rows].reshape(*trees, rows), lattice.columns
-        )
-        return np.broadcast_to(found, (*tiles, rows, lattice.columns))
-
+    cell_rows = sum(_cell_rows(lattice, level) for level in range(lattice.depth))
+    trees = (1, 1) if sampling.is_global else tiles
+    row_words = words(sampling.buffers.trees)[: trees[0] * trees[1] * (lattice.rows + cell_rows)]
+    bits = _bits(row_words.reshape(*trees, -1), lattice.columns)
+    bits = np.broadcast_to(bits, (*tiles, *bits.shape[2:]))  # all tiles may share one tree
     refused = int(words(work._report)[_REFUSED_LEVELS])
-    requested = by_tree("requests", lattice.rows) & _known(lattice, lattice.depth - refused)
-    all_refined = by_tree("refined", sum(_cell_rows(lattice, level) for level in range(lattice.depth)))
+    requested = bits[:, :, : lattice.rows] & _known(lattice, lattice.depth - refused)
+    all_refined = bits[:, :, lattice.rows :]
     refined, first = [], 0
     for level in range(lattice.depth):
         rows = _cell_rows(lattice, level)
@@ -130,7 +128,7 @@ def read_decisions(renderer: Any) -> Decisions:
     return Decisions(lattice, surface, requested, refined, remembered)
 
 
-_REFUSED_LEVELS = 4
+_REFUSED_LEVELS = constant("techniques/adaptive/tree.wgsl", "REFUSED_LEVELS")
 """The word of the frame's report that counts levels left out for `max_maps` (tree.wgsl)."""
 
 

@@ -4,8 +4,7 @@
 //#include "level.wgsl"
 //#include "probes.wgsl"
 
-@group(3) @binding(1) var<storage, read_write> requests: array<u32>;
-@group(3) @binding(2) var<storage, read_write> refined: array<u32>;
+@group(3) @binding(1) var<storage, read_write> trees: array<u32>;
 @group(3) @binding(3) var<storage, read> failures: array<u32>;
 @group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
@@ -19,7 +18,7 @@ fn present_cells(tree: u32, row: u32) -> u32 {
     if step.level == 0u {
         return 1u;
     }
-    return children_of(refined[refined_index(tree, step.level - 1u, parent_row(row))], step.level);
+    return children_of(trees[refined_index(tree, step.level - 1u, parent_row(row))], step.level);
 }
 
 // Those of the cells that fail in more texels of a tile than may.
@@ -89,7 +88,7 @@ fn request_children(tree: u32, row: u32, cells: u32) {
     let in_row = cells | (cells << half) | (cells << (2u * half));
     for (var i = 0u; i < select(1u, 3u, shape.has_rows == 1u); i++) {
         let sample_row = sample_rows(step.level, row).x + i * half;
-        requests[tree * shape.sample_rows + sample_row] |= in_row;
+        trees[request_index(tree, sample_row)] |= in_row;
         atomicOr(&control.needed[sample_row], in_row);
     }
 }
@@ -121,7 +120,7 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
         }
         is_active = true;
         if shape.is_global == 0u || id.x == 0u {
-            refined[refined_index(tree, step.level, row)] = cells;
+            trees[refined_index(tree, step.level, row)] = cells;
             request_children(tree, row, cells);
         }
     }

@@ -25,6 +25,7 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Bindings, Program, Resource, declared
 from softshadows.lights.jitter import placed
 from softshadows.lights.lattice import Lattice
@@ -42,8 +43,8 @@ SURE_LEVELS = 3
 FINENESS = (1.0, 1.0, 0.85, 0.7, 0.5)
 """By level: how many texels along a pixel its maps have, over the first level's. Deep levels are asked for where
 shadows are wide, and count little each. Measured: docs/decisions/0010-adaptive.md."""
-REPORT_WORDS = 6
-REFINE_INVOCATIONS = 64
+REPORT_WORDS = 1 + constant(f"{_FOLDER}/tree.wgsl", "CUT_SHORT")
+REFINE_INVOCATIONS = constant(f"{_FOLDER}/refine.wgsl", "INVOCATIONS")
 TRACING = ("probe", "trace", "bracket")
 """Programs that walk the tree of the scene's triangles."""
 STEPPED = ("list", "fit", "lookup", "compare", "refine")

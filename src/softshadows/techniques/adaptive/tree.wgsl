@@ -121,19 +121,28 @@ fn mask_words() -> u32 {
     return (shape.sample_rows + 1u) / 2u + 1u;
 }
 
-// Where a tree's row of refined cells is kept.
+// A tree's words in `trees`: the samples that it requests, row by row, and then its refined cells, by level and row of cells.
+fn request_index(tree: u32, row: u32) -> u32 {
+    return tree * (shape.sample_rows + shape.refined_rows) + row;
+}
+
 fn refined_index(tree: u32, level: u32, row: u32) -> u32 {
+    return request_index(tree, shape.sample_rows + first_cell_row(level) + row);
+}
+
+// Where a tree's row of cells stands among those of all trees.
+fn cell_row_index(tree: u32, level: u32, row: u32) -> u32 {
     return tree * shape.refined_rows + first_cell_row(level) + row;
 }
 
 // Where the number of a cell's failing texels is kept, if there is a threshold.
 fn count_index(tree: u32, level: u32, row: u32, cell: u32) -> u32 {
-    return refined_index(tree, level, row) * CELLS_PER_ROW + cell / spacing(level);
+    return cell_row_index(tree, level, row) * CELLS_PER_ROW + cell / spacing(level);
 }
 
 // Where a tree's failures are kept, by row of cells and quadrant of the tile.
 fn failure_index(tree: u32, level: u32, row: u32, quadrant: u32) -> u32 {
-    return (tree * shape.refined_rows + first_cell_row(level) + row) * QUADRANTS + quadrant;
+    return cell_row_index(tree, level, row) * QUADRANTS + quadrant;
 }
 
 // Where it is kept that a tile fails at the deepest level.

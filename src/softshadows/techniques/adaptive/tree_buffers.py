@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import wgpu
 
+from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.program import Resource
-from softshadows.lights.lattice import DEEPEST, Lattice
+from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.structs import TreeShape
 from softshadows.visibility.maps.shadow_atlas import BOX_EDGE
 
-TILE = BOX_EDGE
-"""Pixels along a tile's side: a tile's receivers are those of one box that windows are fitted to."""
-QUADRANTS = 4
-DEEPEST_CELLS = 1 << DEEPEST
-CELLS_PER_ROW = 16
-CONTROL_WORDS = 4 * (DEEPEST + 1) + ((1 << DEEPEST) + 1) + ((1 << DEEPEST) + 1) ** 2 + 4
+_TREE = "techniques/adaptive/tree.wgsl"
+TILE = constant(_TREE, "TILE")
+"""Pixels along a tile's side."""
+assert TILE == BOX_EDGE, "a tile's receivers are those of one box that windows are fitted to"
+QUADRANTS, CELLS_PER_ROW = constant(_TREE, "QUADRANTS"), constant(_TREE, "CELLS_PER_ROW")
+DEEPEST_CELLS = constant("techniques/adaptive/probes.wgsl", "DEEPEST_CELLS")
+CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 4
 DISPATCH_BYTES = 16
 """Of an indirect dispatch's arguments, in array<vec4u>."""
 
@@ -39,8 +41,7 @@ class TreeBuffers:
             return gpu.buffer(4 * max(words, 4), usage, "the look-ups that adaptive sampling remembers")
 
         self.shape = gpu.uniform(shape)
-        self.requests = buffer(trees * lattice.rows)
-        self.refined = buffer(cell_rows)
+        self.trees = buffer(trees * lattice.rows + cell_rows)
         self.failures = buffer(cell_rows * QUADRANTS + tiles)
         self.masks = buffer(mask_sets * tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE)
         self.active_tiles = buffer((lattice.depth + 1) * tiles)

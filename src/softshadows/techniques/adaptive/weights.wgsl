@@ -97,7 +97,7 @@ fn add_lookups(added: u32) {
 fn count_lookups(tree_index: u32, receivers: u32) {
     var samples = 0u;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        samples += countOneBits(requests[tree_index * shape.sample_rows + row] & known_samples(deepest_drawn(), row));
+        samples += countOneBits(trees[request_index(tree_index, row)] & known_samples(deepest_drawn(), row));
     }
     samples += select(0u, 4u, shape.has_probes == 1u && is_active(tree_index));
     add_lookups(samples * receivers);
