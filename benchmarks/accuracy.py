@@ -50,7 +50,7 @@ def open_scene(name: str) -> tuple[ss.Scene, ss.Camera]:
 def traced_lattice(scene: ss.Scene, frame: ss.Frame, technique: ss.techniques.Uniform) -> np.ndarray:
     """(height, width) visibility of the first light from the technique's own samples, by rays."""
     light = frame.lights[0]
-    points, weights = grid_samples(light, technique.grid, technique.weights, technique.layout)
+    points, weights = grid_samples(light, technique.grid, technique.weights)
     world = light.center + points @ light.axes[:2]
     total = np.zeros(frame.surface.shape)
     for part in np.array_split(np.arange(len(world)), max(len(world) // 16, 1)):

@@ -16,7 +16,7 @@ import softshadows as ss
 from softshadows.bench.suites.linear import under_a_line
 from softshadows.techniques import LineShadowMaps, Technique, Uniform
 
-PAPER = {"samples": 2, "transition": "linear", "seen_by_both": "all", "gaps": "none"}
+PAPER = {"samples": 2, "transition": "linear", "between": "ends"}
 COMPARED: dict[str, Technique] = {
     "paper": LineShadowMaps(**PAPER),
     "two samples": LineShadowMaps(samples=2),

@@ -58,7 +58,7 @@ CONFIGS = (
     config("vsm", "vsm"),
     config("uniform", "uniform", {"grid": 5}),
     config("uniform equal", "uniform", {"grid": 4, "weights": "equal"}),
-    config("uniform centres", "uniform", {"grid": 4, "layout": "centres"}),
+    config("uniform centres", "uniform", {"grid": 4, "layout": "centres"}, {"grid": 4, "weights": "midpoint"}),
     config("uniform rays", "uniform", {"grid": 5, "visibility": "ray"}),
     config("uniform hybrid", "uniform", {"grid": 5, "visibility": "hybrid"}),
     config(
@@ -71,7 +71,9 @@ CONFIGS = (
     config("adaptive rays", "adaptive", {"max_depth": 3, "visibility": "ray"}),
     config("adaptive hybrid", "adaptive", {"max_depth": 3, "visibility": "hybrid"}),
     config("adaptive cell", "adaptive", {"max_depth": 2, "filter": "cell"}),
-    config("adaptive pcf", "adaptive", {"max_depth": 2, "pcf": 3}, {"max_depth": 2, "filter": "pcf", "filter.pcf": 3}),
+    config(
+        "adaptive pcf", "adaptive", {"max_depth": 2, "pcf": 3}, {"max_depth": 2, "filter": "pcf", "filter.texels": 3}
+    ),
     config("adaptive global", "adaptive", {"max_depth": 3, "refinement": "global", "threshold": 3}),
     config("adaptive deferred", "adaptive", {"max_depth": 2, "evaluation": "deferred"}),
     config("adaptive paper", "adaptive", {"max_depth": 2, "weights": "paper", "comparison_scale": 0.5}),
@@ -81,7 +83,7 @@ CONFIGS = (
         "variable_penumbra fixed",
         "variable_penumbra",
         {"mask": "fixed", "kernel": 4, "self_shadowing": False},
-        {"kernels": "fixed", "kernels.kernel": 4, "self_shadowing": False},
+        {"kernels": "fixed", "kernels.size": 4, "self_shadowing": False},
     ),
     config("variable_penumbra from_light", "variable_penumbra", {"kernels": "from_light", "layers": 2}),
     config("line_shadow_maps", "line_shadow_maps"),
@@ -90,6 +92,7 @@ CONFIGS = (
         "line_shadow_maps paper",
         "line_shadow_maps",
         {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all", "gaps": "none"},
+        {"preset": "paper"},
     ),
     config("line_shadow_maps ends", "line_shadow_maps", {"samples": 3, "shading": "ends"}),
     config("occluding_edges", "occluding_edges"),
@@ -106,7 +109,7 @@ CONFIGS = (
         "penumbra_wedges paper",
         "penumbra_wedges",
         {"rect": "paper", "quantise": True},
-        {"blending": "overlap", "blending.rect": "paper", "blending.quantise": True},
+        {"preset": "paper"},
     ),
     config("penumbra_wedges union", "penumbra_wedges", {"blending": "union"}),
 )

@@ -212,7 +212,7 @@ def needs_more(gpu: Gpu, cell: Cell, fails: Bools, threshold: int) -> Bools:
     return count_by_tile(beyond, gpu.tiles, TILE // 2) > 0
 
 
-def grow(gpu: Gpu, step: int = 1, threshold: int = 0, max_maps: int = 289) -> Tree:
+def grow(gpu: Gpu, step: int = 1, threshold: int = 0) -> Tree:
     """The trees that the paper's test grows from the root, level by level.
 
     Tiles in which nothing is to be found out have none, which the GPU says.
@@ -222,11 +222,6 @@ def grow(gpu: Gpu, step: int = 1, threshold: int = 0, max_maps: int = 289) -> Tr
     tree.capped = np.zeros(gpu.tiles, bool)
     tree.present[0, 0, 0] = np.ones(gpu.tiles, bool) if gpu.is_global else gpu.requested[:, :, 0, 0]
     for level in range(lattice.depth + 1):
-        if maps(gpu, tree) > max_maps:  # with this level's cells
-            tree.left_out = lattice.depth + 1 - level
-            tree.present = {cell: tiles for cell, tiles in tree.present.items() if cell[0] < level}
-            tree.refined = {cell: tiles for cell, tiles in tree.refined.items() if cell[0] < level - 1}
-            break
         for row in range(rows_of(lattice, level)):
             for column in range(columns_of(lattice, level)):
                 cell = (level, row, column)

@@ -37,10 +37,12 @@ def light_for(name: str) -> Any:
 
 
 def cheap(name: str, **options: Any) -> Technique:
-    """The technique called `name` with few and small shadow maps."""
+    """The technique called `name` with few and small shadow maps, where it draws any."""
     cls = TECHNIQUES[name]
     known = {option.name for option in cls.options()}
-    return cls(**{key: value for key, value in {**CHEAP, **options}.items() if key in known})
+    if options.get("visibility") == "ray":
+        options = {**options, "resolution": "auto"}
+    return cls.of({key: value for key, value in {**CHEAP, **options}.items() if key in known})
 
 
 def quad(corners: Sequence[Sequence[float]], material: ss.Material = MATT, name: str = "") -> ss.Node:

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from manual import manual, summary
 from prose import prose, table
 from tables import technique_figures
 
 from softshadows.techniques import TECHNIQUES, Technique
-from softshadows.techniques.base import legal_values
+from softshadows.techniques.options import as_text
 
 PICTURES = Path(__file__).parents[2] / "docs" / "images" / "techniques"
 DECISIONS = "../decisions/"
@@ -84,20 +86,23 @@ def _options(cls: type[Technique]) -> str:
     if not cls.options():
         return "None."
     rows = [
-        [f"`{option.name}`", f"`{option.default}`", legal_values(option), prose(option.metadata["help"])]
+        [
+            f"`{option.name}`" + (f"<br>of `{option.of}`" if option.of else ""),
+            f"`{as_text(option.default)}`",
+            option.legal.words,
+            prose(option.help),
+        ]
         for option in cls.options()
     ]
     written = table(["option", "default", "legal values", "what it does"], rows)
     if cls.presets:
-        written += "\n\nPresets, `ss.techniques." + cls.__name__ + ".preset(name)`:\n\n"
-        written += table(
-            ["preset", "options"],
-            [
-                [f"`{preset}`", ", ".join(f"`{key}={value}`" for key, value in chosen.items()) or "the defaults"]
-                for preset, chosen in cls.presets.items()
-            ],
-        )
+        written += f"\n\nPresets, `-O preset={next(iter(cls.presets))}`; single options come on top of one:\n\n"
+        written += table(["preset", "options"], [[f"`{name}`", _chosen(cls.presets[name])] for name in cls.presets])
     return written
+
+
+def _chosen(options: Mapping[str, Any]) -> str:
+    return ", ".join(f"`{name}={as_text(value)}`" for name, value in options.items()) or "the defaults"
 
 
 def _papers(text: str) -> str:

@@ -28,6 +28,7 @@ from softshadows.passes.gbuffer.gbuffer import GBuffer, checked_size
 from softshadows.scene.camera import Camera
 from softshadows.scene.model import Scene
 from softshadows.techniques import Technique, make_technique
+from softshadows.techniques.base import DEFAULT_MEMORY_BUDGET, checked_budget
 from softshadows.techniques.frame_passes import FramePasses, Images, Submitted
 
 
@@ -36,8 +37,9 @@ class Renderer:
 
     Between calls `scene.lights` and the nodes' transforms may change. Renderers of one scene share its copy on the GPU
     and may work in threads of their own. The profile "portable" uses only what every WebGPU device has: its default
-    limits, no optional features. Raises SceneError for a scene that cannot be used, OptionError for an unknown
-    technique or size, DeviceError where the adapter cannot do it.
+    limits, no optional features. `memory_budget` is how many MiB the shadow maps drawn at one time may take; more of
+    them are drawn in batches, or smaller where their resolution is "auto". Raises SceneError for a scene that cannot be
+    used, OptionError for an unknown technique or size, DeviceError where the adapter cannot do it.
     """
 
     def __init__(
@@ -48,10 +50,12 @@ class Renderer:
         size: tuple[int, int] = (1024, 768),
         options: Mapping[str, Any] | None = None,
         profile: str = "full",
+        memory_budget: int = DEFAULT_MEMORY_BUDGET,
     ) -> None:
         self.scene, self.size = scene, checked_size(size)
         self.technique = make_technique(technique, options) if isinstance(technique, str) else technique
         self.passes: FramePasses | None = None
+        self._memory_budget = checked_budget(memory_budget)
         self._gpu = acquire(profile)
         self._shared: SharedScene | None = None
         self._frames = 0
@@ -111,7 +115,8 @@ class Renderer:
         if self.passes is None or self.passes.gbuffer.scene is not buffers:
             self._release_passes()
             owner = self._gpu.owner()
-            self.passes = FramePasses(owner, GBuffer(owner, buffers, self.size), lambda light: self.technique)
+            gbuffer = GBuffer(owner, buffers, self.size)
+            self.passes = FramePasses(owner, gbuffer, lambda light: self.technique, self._memory_budget)
         self.passes.prepare(len(self.scene.lights))
 
     def write(self, camera: Camera, *, refines: bool = False) -> None:
@@ -193,11 +198,14 @@ def render(
     size: tuple[int, int] = (1024, 768),
     options: Mapping[str, Any] | None = None,
     profile: str = "full",
+    memory_budget: int = DEFAULT_MEMORY_BUDGET,
 ) -> Frame:
     """One frame of `scene` seen by `camera` (default: the scene's own). Errors as Renderer."""
     camera = camera or scene.camera
     if camera is None:
         message = "the scene has no camera; pass one: ss.Camera(position=..., target=...)"
         raise SceneError(message, code="CAMERA_MISSING")
-    with Renderer(scene, technique=technique, size=size, options=options, profile=profile) as renderer:
+    with Renderer(
+        scene, technique=technique, size=size, options=options, profile=profile, memory_budget=memory_budget
+    ) as renderer:
         return renderer.render(camera)

@@ -84,7 +84,9 @@ def _renderer(made: ss.Scene, size: tuple[int, int], options: dict[str, Any]) ->
     key = (size, *(id(node.mesh) for node in made.nodes), *sorted(options.items()))
     if key not in _kept:
         _kept.clear()
-        _kept[key] = ss.Renderer(made, technique=Adaptive(**options), size=size)
+        budget = {name: value for name, value in options.items() if name == "memory_budget"}
+        own = {name: value for name, value in options.items() if name not in budget}
+        _kept[key] = ss.Renderer(made, technique=Adaptive(**own), size=size, **budget)
     _kept[key].scene = made
     return _kept[key]
 
@@ -112,13 +114,6 @@ def capped_tiles(frame: ss.Frame) -> int:
     return 0
 
 
-def levels_left_out(frame: ss.Frame) -> int:
-    """By the frame's warning; 0 without one."""
-    pattern = r"adaptive: (\d) levels of the light were left out, since max_maps is reached"
-    found = [int(match[1]) for warning in frame.stats.warnings if (match := re.fullmatch(pattern, warning))]
-    return found[0] if found else 0
-
-
 def grown(
     made: ss.Scene, camera: ss.Camera, size: tuple[int, int] = ODD_SIZE, **options: Any
 ) -> tuple[ss.Frame, model.Gpu, model.Tree]:
@@ -128,7 +123,7 @@ def grown(
     frame = renderer.render(camera)
     gpu = model.Gpu(renderer, frame, options["refinement"] == "global")
     step = round(1.0 / options.get("comparison_scale", 1.0))
-    return frame, gpu, model.grow(gpu, step, options.get("threshold", 0), options.get("max_maps", 289))
+    return frame, gpu, model.grow(gpu, step, options.get("threshold", 0))
 
 
 def check_model(frame: ss.Frame, gpu: model.Gpu, tree: model.Tree, weights: str = "area") -> None:
@@ -138,8 +133,7 @@ def check_model(frame: ss.Frame, gpu: model.Gpu, tree: model.Tree, weights: str 
     assert frame.stats.shadow_maps == model.maps(gpu, tree)
     assert frame.stats.lookups_per_pixel == pytest.approx(model.lookups(gpu, tree) / frame.surface.size, rel=1e-12)
     assert capped_tiles(frame) == tree.capped.sum()
-    assert levels_left_out(frame) == tree.left_out
-    assert len(frame.stats.warnings) == int(tree.capped.any()) + int(tree.left_out > 0)
+    assert len(frame.stats.warnings) == int(tree.capped.any())
     expected = model.visibility(gpu, tree, weights)
     known = np.isfinite(expected)
     assert np.abs(frame.visibility[0] - expected)[known].max() < 1e-6
@@ -231,8 +225,7 @@ def test_the_trees_are_the_models(name: str, refinement: str) -> None:
     {"comparison_scale": 0.5, "weights": "paper"}, {"comparison_scale": 0.25, "memory_budget": 1}, {"max_depth": 2},
     {"resolution": "auto", "memory_budget": 1, "evaluation": "deferred"}, {"max_depth": 1}, {"max_depth": 0},
     {"threshold": 1}, {"threshold": 12, "comparison_scale": 0.5}, {"threshold": 100, "weights": "paper"},
-    {"max_maps": 100}, {"max_maps": 25, "weights": "paper", "evaluation": "deferred"}, {"max_maps": 4},
-    {"max_maps": 80, "threshold": 20, "memory_budget": 1},
+    {"weights": "paper", "evaluation": "deferred"}, {"threshold": 20, "memory_budget": 1},
 ], ids=str)  # fmt: skip
 def test_the_trees_are_the_models_with_every_option(options: dict[str, Any], refinement: str) -> None:
     """4 again."""
@@ -423,48 +416,6 @@ def test_trees_by_tile_take_fewer_lookups() -> None:
     assert tile.stats.lookups_per_pixel < 0.25 * whole.stats.lookups_per_pixel
 
 
-@both_refinements
-@both_weights
-@pytest.mark.parametrize("evaluation", ["single", "deferred"])
-def test_levels_beyond_max_maps_are_left_out(refinement: str, weights: str, evaluation: str) -> None:
-    """The picture is then that of a lower max_depth: the same maps, the same tree."""
-    made, camera = SCENES["large light"]
-    options = {"refinement": refinement, "weights": weights, "evaluation": evaluation}
-    lower, cut = (
-        frame_of(made, camera, ODD_SIZE, **options, **limit) for limit in ({"max_depth": 2}, {"max_maps": 25})
-    )
-    assert cut.stats.shadow_maps == lower.stats.shadow_maps <= 25
-    assert levels_left_out(cut) == 2
-    assert not capped_tiles(cut)
-    assert not levels_left_out(lower)
-    assert cut.stats.lookups_per_pixel == lower.stats.lookups_per_pixel
-    if weights == "area":
-        assert stage.same_bits(cut.visibility, lower.visibility)
-    np.testing.assert_allclose(cut.visibility, lower.visibility, rtol=0.0, atol=1.2e-7)  # weights in other units
-
-
-@both_refinements
-def test_max_maps_is_the_number_of_maps(refinement: str) -> None:
-    """As many as are needed change nothing; one fewer leaves out the deepest level, for each of two lights alike."""
-    made, camera = SCENES["large light"]
-    whole = frame_of(made, camera, ODD_SIZE, refinement=refinement)
-    needed = whole.stats.shadow_maps
-    assert 81 < needed < 289
-    enough, too_few = (
-        frame_of(made, camera, ODD_SIZE, refinement=refinement, max_maps=maps) for maps in (needed, needed - 1)
-    )
-    assert stage.same_bits(enough.visibility, whole.visibility)
-    assert enough.stats.warnings == whole.stats.warnings
-    assert levels_left_out(too_few) == 1
-    assert too_few.stats.shadow_maps <= 81
-    lights = [*made.lights, *made.lights]
-    twice = frame_of(standard(*lights), camera, ODD_SIZE, refinement=refinement, max_maps=needed - 1)
-    assert twice.stats.shadow_maps == 2 * too_few.stats.shadow_maps
-    assert twice.stats.warnings == too_few.stats.warnings
-    for layer in (0, 1):
-        assert stage.same_bits(twice.visibility[layer], too_few.visibility[0])
-
-
 @pytest.mark.parametrize("options", [{}, {"refinement": "global"}, {"threshold": 10}], ids=str)
 def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> None:
     """Ten words of 32 bits for each pixel's look-ups, in buffers as large as every WebGPU adapter has them."""
@@ -549,8 +500,8 @@ def test_nothing_waits_within_a_frame(monkeypatch: pytest.MonkeyPatch) -> None:
                         (type(device.queue), "on_submitted_work_done_sync")]:  # fmt: skip
         count(cls, method)
     made, camera = SCENES["large light"]
-    technique = Adaptive(refinement="global", evaluation="deferred", resolution=256, memory_budget=1)
-    with ss.Renderer(made, technique=technique, size=ODD_SIZE) as renderer:
+    technique = Adaptive(refinement="global", evaluation="deferred", resolution=256)
+    with ss.Renderer(made, technique=technique, size=ODD_SIZE, memory_budget=1) as renderer:
         for _ in range(2):
             counts.clear()
             frame = renderer.render(camera)

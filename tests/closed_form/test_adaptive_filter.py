@@ -16,7 +16,7 @@ import pytest
 import softshadows as ss
 import stage
 from softshadows import metrics
-from softshadows.techniques import Adaptive
+from softshadows.techniques import Adaptive, PcfFilter
 from softshadows.truth import closed_form, visibility
 
 H, h, HALF, CARD = 10.0, 4.0, 1.0, (-1.5, 1.5, -1.0, 1.0)  # of the built-in scene
@@ -27,7 +27,8 @@ both_refinements = pytest.mark.parametrize("refinement", ["global", "tile"])
 
 
 def frame_of(size: tuple[int, int] = SIZE, **options: Any) -> ss.Frame:
-    return ss.render(BLOCKER, technique=Adaptive(**{"resolution": 512, **options}), size=size)
+    budget = {"memory_budget": options.pop("memory_budget")} if "memory_budget" in options else {}
+    return ss.render(BLOCKER, technique=Adaptive(**{"resolution": 512, **options}), size=size, **budget)
 
 
 def exact(frame: ss.Frame) -> npt.NDArray[np.float64]:
@@ -45,7 +46,7 @@ def away_from_edges(frame: ss.Frame, value: float, pixels: int = 2) -> npt.NDArr
     return np.all([padded[dy : dy + height, dx : dx + width] for dy in steps for dx in steps], axis=0)
 
 
-@pytest.mark.parametrize("options", [{"pcf": 2}, {"pcf": 3}, {"filter": "cell"}], ids=str)
+@pytest.mark.parametrize("options", [{"filter": PcfFilter(2)}, {"filter": PcfFilter(3)}, {"filter": "cell"}], ids=str)
 @pytest.mark.parametrize("weights", ["area", "paper"])
 @both_refinements
 def test_filters_leave_umbra_and_full_light_exact(options: dict[str, Any], weights: str, refinement: str) -> None:
@@ -64,7 +65,7 @@ def test_filters_leave_umbra_and_full_light_exact(options: dict[str, Any], weigh
 
 
 @pytest.mark.parametrize("kind", ["rect", "line"])
-@pytest.mark.parametrize("options", [{"pcf": 2}, {"pcf": 3}, {"filter": "cell"}], ids=str)
+@pytest.mark.parametrize("options", [{"filter": PcfFilter(2)}, {"filter": PcfFilter(3)}, {"filter": "cell"}], ids=str)
 def test_filters_stay_in_range_among_boxes_and_contacts(options: dict[str, Any], kind: str) -> None:
     """No tile is whole at this size, and the scene has contacts and faces that the light grazes."""
     made = stage.standard_scene(stage.LIGHTS[kind])
@@ -94,7 +95,7 @@ def test_cells_halve_the_error_of_25_maps(refinement: str) -> None:
     assert found.penumbra_rmse <= 0.5 * unfiltered.penumbra_rmse, (found, unfiltered)
 
 
-@pytest.mark.parametrize("options", [{"pcf": 3}, {"filter": "cell"}], ids=str)
+@pytest.mark.parametrize("options", [{"filter": "pcf"}, {"filter": "cell"}], ids=str)
 def test_maps_beyond_the_memory_budget_are_refused(options: dict[str, Any]) -> None:
     """A filter needs all 289 maps at one time: 17² × 512² × 4 bytes are 289 MiB. Without one, batches do."""
     with pytest.raises(ss.DeviceError, match="memory_budget"):
@@ -104,6 +105,6 @@ def test_maps_beyond_the_memory_budget_are_refused(options: dict[str, Any]) -> N
 
 
 def test_no_filter_is_the_default() -> None:
-    plain, named = frame_of(), frame_of(pcf=0, filter="none")
+    plain, named = frame_of(), frame_of(filter="none")
     assert stage.same_bits(plain.visibility, named.visibility)
     assert plain.stats.lookups_per_pixel == named.stats.lookups_per_pixel

@@ -30,7 +30,7 @@ ACROSS = ss.LineLight((0.2, H, -0.6), (0.2, H, 0.6), WHITE)
 HALF_PLANE = [(-FAR, e, -FAR, FAR)]
 STRIP = [(-c, c, -FAR, FAR)]
 SLIT = [(-FAR, -c, -FAR, FAR), (c, FAR, -FAR, FAR)]
-PAPER: dict[str, Any] = {"samples": 2, "transition": "linear", "seen_by_both": "all", "gaps": "none"}
+PAPER: dict[str, Any] = {"samples": 2, "transition": "linear", "between": "ends"}
 SEAM = 0.04
 """Metres beside x = 0 where O9 and O10 are flat and nothing else happens."""
 
@@ -209,7 +209,7 @@ def test_samples_are_inserted_where_the_maps_contradict_each_other() -> None:
     counts = {}
     for name, occluders in (("half plane", HALF_PLANE), ("slit", [(-FAR, -0.02, -FAR, FAR), (0.02, FAR, -FAR, FAR)])):
         scene = ss.scenes.blocker(light_height=H, height=h, occluders=occluders, light=ALONG, floor_half=8.0)
-        technique = LineShadowMaps(gaps="none", resolution=512)
+        technique = LineShadowMaps(between="channels", resolution=512)
         frame = ss.render(scene, looking_down(0.0), technique=technique, size=(96, 64))
         counts[name] = frame.stats.shadow_maps
     assert counts == {"half plane": 3, "slit": 9}

@@ -13,6 +13,7 @@ import softshadows as ss
 import stage
 from softshadows.metrics.leaks import regions
 from softshadows.scene.builtin import shapes
+from softshadows.techniques import Overlap
 from softshadows.techniques.penumbra_wedges import dispatches
 from softshadows.truth import closed_form
 
@@ -24,8 +25,8 @@ EXACT = 2e-5
 each_blending = pytest.mark.parametrize("blending", BLENDINGS)
 
 
-def wedges(blending: str = "overlap", **options: Any) -> ss.techniques.Technique:
-    return ss.techniques.PenumbraWedges(blending=blending, **options)
+def wedges(blending: str | Overlap = "overlap") -> ss.techniques.Technique:
+    return ss.techniques.PenumbraWedges(blending=blending)
 
 
 def errors(scene: ss.Scene, blending: str, samples: int = 1024, size: tuple[int, int] = SIZE) -> tuple[Any, Any, Any]:
@@ -167,7 +168,7 @@ def test_options_of_the_overlap() -> None:
     scene, truth = sphere_cube()
 
     def rmse(**options: Any) -> float:
-        frame = stage.render(scene, wedges("overlap", **options), SIZE)
+        frame = stage.render(scene, wedges(Overlap(**options)), SIZE)
         return ss.metrics.compare(frame.visibility[0], truth, frame.surface & frame.facing[0]).rmse
 
     exact, paper = rmse(), rmse(rect="paper")

@@ -38,7 +38,7 @@ def test_the_first_place_is_the_lattice_and_others_differ() -> None:
     for shift in map(sub_position, (1, 2, 100)):
         points = lattice.points(stage.RECT, shift)
         assert (np.abs(points) <= np.array(stage.RECT.half_extent) + 1e-12).all()
-        assert np.allclose(points, grid_samples(stage.RECT, 5, "trapezoid", "corners", shift)[0])
+        assert np.allclose(points, grid_samples(stage.RECT, 5, "trapezoid", shift)[0])
 
 
 @pytest.mark.parametrize("technique", [Uniform(grid=3), Adaptive(max_depth=2)], ids=["uniform", "adaptive"])

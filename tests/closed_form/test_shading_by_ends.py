@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pytest
 
 import softshadows as ss
-from softshadows.techniques import LineShadowMaps, OccludingEdges, Technique
+from softshadows.techniques import Ends, LineShadowMaps, OccludingEdges, Technique, Texture
 from softshadows.truth import closed_form
 
 H, h, a, e = 2.0, 0.8, 1.0, 0.1
@@ -21,7 +21,7 @@ H, h, a, e = 2.0, 0.8, 1.0, 0.1
 FAR = 60.0
 LIMIT = 0.01
 OESS: dict[str, dict[str, Any]] = {
-    "paper": {"samples": 2, "penumbra": "texture", "rows": 2},
+    "paper": {"samples": 2, "penumbra": Texture(rows=2)},
     "searched": {"samples": 2},
 }
 Floats = npt.NDArray[np.float64]
@@ -55,12 +55,12 @@ def late(share: Floats) -> Floats:
 
 @pytest.mark.parametrize("blocks_start", [True, False])
 @pytest.mark.parametrize("options", OESS.values(), ids=OESS)
-@pytest.mark.parametrize(("table", "integral"), [("0 1", linear), ("0 0.5 1", linear), ("0 0 1", late)])
+@pytest.mark.parametrize(("table", "integral"), [((0, 1), linear), ((0, 0.5, 1), linear), ((0, 0, 1), late)])
 def test_occluding_edges_share_what_is_lit_among_the_ends(
-    options: dict[str, Any], table: str, integral: Callable[[Floats], Floats], blocks_start: bool
+    options: dict[str, Any], table: tuple[float, ...], integral: Callable[[Floats], Floats], blocks_start: bool
 ) -> None:
     """[Reimann2016 §3.4 substeps 4.3, 4.4] B illum(L) + A illum(R), A the integral of f over what is lit."""
-    technique = OccludingEdges(**options, resolution=1024, shading="ends", influence=table)
+    technique = OccludingEdges(**options, resolution=1024, shading=Ends(table))
     found, share, by_start, by_end = look_down(technique, blocks_start=blocks_start)
     all_of_it = integral(np.ones(()))
     of_end = all_of_it - integral(1.0 - share) if blocks_start else integral(share)
@@ -73,7 +73,7 @@ def test_occluding_edges_share_what_is_lit_among_the_ends(
 
 
 def test_an_influence_of_one_end_alone_is_the_visible_share() -> None:
-    ways: list[dict[str, Any]] = [{}, {"shading": "ends", "influence": "1 1"}]
+    ways: list[dict[str, Any]] = [{}, {"shading": Ends((1, 1))}]
     whole, by_end = (look_down(OccludingEdges(samples=2, resolution=256, **way), blocks_start=True)[0] for way in ways)
     assert np.abs(whole - by_end).max() < 1e-5
 
@@ -81,7 +81,7 @@ def test_an_influence_of_one_end_alone_is_the_visible_share() -> None:
 @pytest.mark.parametrize("blocks_start", [True, False])
 def test_soft_shadow_maps_weigh_their_channels_with_the_ends(blocks_start: bool) -> None:
     """[Heidrich2000 §3] The end that alone sees a point stands for all that is visible; nothing outshines the lit."""
-    technique = LineShadowMaps(samples=2, transition="linear", gaps="none", resolution=1024, shading="ends")
+    technique = LineShadowMaps(samples=2, transition="linear", between="channels", resolution=1024, shading="ends")
     found, share, by_start, by_end = look_down(technique, blocks_start=blocks_start)
     seen_by = by_end if blocks_start else by_start
     expected = np.minimum(share * seen_by / (0.5 * (by_start + by_end)), 1.0)
@@ -95,8 +95,8 @@ def test_soft_shadow_maps_weigh_their_channels_with_the_ends(blocks_start: bool)
 
 
 def test_a_table_is_text_or_numbers() -> None:
-    assert OccludingEdges(influence=(0, 0.5, 1)).influence == "0 0.5 1"  # type: ignore[arg-type]
-    assert OccludingEdges(influence=" 0  1.0").influence == OccludingEdges().influence
+    assert Ends(influence=(0, 0.5, 1)) == Ends(influence=" 0  0.5 1.0")  # type: ignore[arg-type]
+    assert OccludingEdges.of({"shading": "ends", "shading.influence": "0 1"}).shading == Ends()
     for illegal in ("0", "0 2", "0 nan", "0,1"):
         with pytest.raises(ss.OptionError, match="influence"):
-            OccludingEdges(influence=illegal)
+            Ends(influence=illegal)  # type: ignore[arg-type]

@@ -14,7 +14,14 @@ from softshadows.gpu import layout
 from softshadows.gpu.device import acquire
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import taps, upload_taps
-from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra, mip_level
+from softshadows.techniques.variable_penumbra import variable_penumbra
+from softshadows.techniques.variable_penumbra.variable_penumbra import (
+    Bands,
+    Fixed,
+    FromLight,
+    VariablePenumbra,
+    mip_level,
+)
 from softshadows.visibility.maps.structs import ShadowView
 
 SIZE = (160, 120)
@@ -23,6 +30,9 @@ DOWN = ss.DirectionalLight((0.0, -1.0, 0.0), stage.WHITE)
 SLANTED = ss.DirectionalLight((-0.3, -1.0, -0.2), stage.WHITE)
 POINT = stage.LIGHTS["point"]
 BOX = stage.box((-0.6, 0.0, -0.5), (0.3, 1.1, 0.4))
+FIXED, BANDS = Fixed(), Bands()
+UNREACHED = 1000.0
+"""A strength that no edge has."""
 make = partial(VariablePenumbra, resolution=RESOLUTION)
 
 
@@ -52,7 +62,7 @@ def hard_frame(scene: ss.Scene, technique: VariablePenumbra, monkeypatch: pytest
         return stage.render(scene, ss.techniques.Hard(resolution=RESOLUTION), SIZE)
 
 
-def pcf_frame(scene: ss.Scene, kernel: int, pattern: str, margin: int, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
+def pcf_frame(scene: ss.Scene, kernel: int, margin: int, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
     """Plain PCF, everywhere, in a map with that margin."""
     shader = "techniques/pcf/pcf.wgsl"
     with monkeypatch.context() as patch:
@@ -62,18 +72,29 @@ def pcf_frame(scene: ss.Scene, kernel: int, pattern: str, margin: int, monkeypat
             margin,
             shader,
             constants={"tap_count": kernel**2, "half_kernel_texels": kernel / 2},
-            resources=lambda context: {"taps": upload_taps(context.gpu, taps(pattern, kernel**2))},
+            resources=lambda context: {"taps": upload_taps(context.gpu, taps("poisson", kernel**2))},
         )
         return stage.render(scene, ss.techniques.Pcf(resolution=RESOLUTION), SIZE)
 
 
 def margin_of(technique: VariablePenumbra) -> int:
-    kernels = (
-        [technique.kernel]
-        if technique.mask == "fixed"
-        else [technique.blue_kernel, technique.green_kernel, technique.red_kernel]
-    )
-    return 3 << max(mip_level(kernel, technique.pattern) for kernel in kernels) - 1
+    return 3 << mip_level(largest_kernel(technique)) - 1
+
+
+def largest_kernel(technique: VariablePenumbra) -> int:
+    """Taps along its side."""
+    assert not isinstance(technique.kernels, FromLight)
+    return technique.kernels.size if isinstance(technique.kernels, Fixed) else max(technique.kernels.sizes)
+
+
+def as_if(strength: float) -> Bands:
+    """Bands that take an edge of strength 1 for one of this strength."""
+    return Bands(edges=tuple(edge / strength for edge in BANDS.edges))
+
+
+def with_grids(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Taps in a square grid, whose averages over a straight edge are whole columns."""
+    monkeypatch.setattr(variable_penumbra, "taps", lambda pattern, count: taps("grid", count))
 
 
 def box_scene(light: Any) -> ss.Scene:
@@ -106,7 +127,7 @@ def test_planes_have_no_edges(light: Any, neighbours: int) -> None:
     """Check 1: constant or linear depth answers nothing; elsewhere only where the plane ends, out of the picture."""
     scene = ss.Scene([], [light], ss.Camera((0.5, 3.0, 1.0), (0.0, 0.0, 0.0), 40.0))
     scene.nodes = [stage.quad([(-30, -3, -30), (-30, -3, 30), (30, 3, 30), (30, 3, -30)])]
-    technique = make(mask="fixed", edge_filter=neighbours)
+    technique = make(kernels=FIXED, edge_filter=neighbours)
     if light.kind == "directional":
         assert not mask_of(scene, technique).any()
     frame = stage.render(scene, technique, SIZE)
@@ -114,11 +135,12 @@ def test_planes_have_no_edges(light: Any, neighbours: int) -> None:
     assert (frame.visibility[0][frame.facing[0]] == 1.0).all()
 
 
-@pytest.mark.parametrize("options", [{"mask": "fixed"}, {}], ids=["fixed", "quantised"])
+@pytest.mark.parametrize("kernels", [FIXED, Bands(edges=(UNREACHED,) * 3)], ids=["fixed", "bands"])
 @pytest.mark.parametrize("light", [SLANTED, POINT], ids=lambda light: light.kind)
-def test_an_empty_mask_is_the_hard_shadow(light: Any, options: dict, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_empty_mask_is_the_hard_shadow(light: Any, kernels: Bands | Fixed, monkeypatch: pytest.MonkeyPatch) -> None:
     """Checks 1 and 4: bit for bit."""
-    technique = make(edge_scale=0.0, **options)
+    monkeypatch.setattr(variable_penumbra, "EDGE_NOISE", UNREACHED)
+    technique = make(kernels=kernels)
     frame = stage.render(box_scene(light), technique, SIZE)
     assert stage.same_bits(frame.visibility, hard_frame(box_scene(light), technique, monkeypatch).visibility)
     assert (frame.visibility[0] == 0.0).any()
@@ -127,7 +149,7 @@ def test_an_empty_mask_is_the_hard_shadow(light: Any, options: dict, monkeypatch
 def test_one_tap_outside_the_mask() -> None:
     """Check 4: a floor under a card that casts no shadow in view reads the mask and the map once each."""
     scene = ss.Scene([stage.floor(), stage.card(-0.5, 0.5, -0.5, 0.5, 1.0)], [POINT], stage.CAMERA)
-    frame = stage.render(scene, make(edge_scale=0.0), SIZE)
+    frame = stage.render(scene, make(kernels=Bands(edges=(UNREACHED,) * 3)), SIZE)
     assert frame.stats.lookups_per_pixel == 2.0
 
 
@@ -140,9 +162,9 @@ def test_one_tap_outside_the_mask() -> None:
     [(0.2, 0), (0.2001, 1), (0.5, 1), (0.5001, 2), (0.8, 2), (0.8001, 4)],
 )
 def test_bands_of_a_straight_edge(strength: float, bands: int, neighbours: int) -> None:
-    """Checks 2 and 3: a step over the whole depth answers `edge_scale`, with either filter, and no more."""
+    """Checks 2 and 3: a step over the whole depth has strength 1, with either filter, and no more."""
     scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.2, -9.0, 9.0, 1.0)], [DOWN], stage.CAMERA)
-    found = mask_of(scene, make(edge_scale=strength, edge_filter=neighbours))
+    found = mask_of(scene, make(kernels=as_if(strength), edge_filter=neighbours))
     assert set(np.unique(found)) == {0, bands}
 
 
@@ -150,9 +172,9 @@ def test_the_mask_reaches_as_far_as_the_mip_chain() -> None:
     """Check 7: the cells that a float mip chain, clamped and fetched bilinearly at native resolution, would set."""
     scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.2, -9.0, 9.0, 1.0)], [DOWN], stage.CAMERA)
     for kernel, level in ((4, 2), (7, 3), (12, 4)):
-        assert mip_level(kernel, "grid") == level
-        finest = mask_of(scene, make(mask="fixed", kernel=2, pattern="grid"))  # level 1: one texel to a cell
-        coarse = mask_of(scene, make(mask="fixed", kernel=kernel, pattern="grid"))
+        assert mip_level(kernel) == level
+        finest = mask_of(scene, make(kernels=Fixed(size=2)))  # level 1: one texel to a cell
+        coarse = mask_of(scene, make(kernels=Fixed(size=kernel)))
         columns = np.flatnonzero((coarse != 0).any(axis=0))
         width = len(columns) * 2 ** (level - 1)
         # The edge's texel of that level, and half a texel on each side.
@@ -160,17 +182,14 @@ def test_the_mask_reaches_as_far_as_the_mip_chain() -> None:
         assert (finest != 0).any()
 
 
-@pytest.mark.parametrize("pattern", ["grid", "poisson"])
 @pytest.mark.parametrize("kernel", [2, 3, 4, 5, 7])
 @pytest.mark.parametrize("neighbours", [4, 8])
-def test_masked_pcf_is_pcf_on_a_plane(
-    pattern: str, kernel: int, neighbours: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_masked_pcf_is_pcf_on_a_plane(kernel: int, neighbours: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Checks 5 and 6: without self-shadowing, the mask changes nothing on the floor, bit for bit."""
-    technique = make(mask="fixed", kernel=kernel, pattern=pattern, edge_filter=neighbours, self_shadowing=False)
+    technique = make(kernels=Fixed(size=kernel), edge_filter=neighbours, self_shadowing=False)
     for light in (SLANTED, POINT):
         frame = stage.render(box_scene(light), technique, SIZE)
-        plain = pcf_frame(box_scene(light), kernel, pattern, margin_of(technique), monkeypatch)
+        plain = pcf_frame(box_scene(light), kernel, margin_of(technique), monkeypatch)
         floor = frame.surface & (np.abs(frame.position[..., 1]) < 1e-4)
         assert np.array_equal(frame.visibility[0][floor], plain.visibility[0][floor])
         assert len(np.unique(frame.visibility[0][floor])) >= 4
@@ -182,9 +201,9 @@ def test_masked_pcf_is_pcf_on_a_plane(
 def test_each_band_is_pcf_with_its_kernel(strength: float, kernel: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Check 5 for the quantised mask: bit for bit, of an edge whose whole length is in one band."""
     scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.2, -9.0, 9.0, 1.0)], [DOWN], stage.CAMERA)
-    technique = make(edge_scale=strength)
+    technique = make(kernels=as_if(strength))
     frame = stage.render(scene, technique, SIZE)
-    plain = pcf_frame(scene, kernel, "poisson", margin_of(technique), monkeypatch)
+    plain = pcf_frame(scene, kernel, margin_of(technique), monkeypatch)
     floor = frame.surface & (np.abs(frame.position[..., 1]) < 1e-4)
     assert np.array_equal(frame.visibility[0][floor], plain.visibility[0][floor])
     assert len(np.unique(frame.visibility[0][floor])) >= 4
@@ -193,15 +212,16 @@ def test_each_band_is_pcf_with_its_kernel(strength: float, kernel: int, monkeypa
 # -- Widths ------------------------------------------------------------------------------------------------------------
 
 
-def test_width_takes_four_values_and_grows_with_height() -> None:
+def test_width_takes_four_values_and_grows_with_height(monkeypatch: pytest.MonkeyPatch) -> None:
     """Check 8: a half-plane under a light that shines straight down; a post of 2 m in view sets what the map spans."""
+    with_grids(monkeypatch)
     post = stage.box((0.55, 0.0, 0.15), (0.6, 2.0, 0.2))
     widths = []
     for height in (0.2, 0.7, 0.95, 1.1, 1.5, 1.7, 1.9):
         scene = ss.Scene([stage.floor(), post, stage.card(-9.0, 0.3, -9.0, 9.0, height)], [DOWN])
         fov = 2.0 * np.degrees(np.arctan(0.3 / (0.9 * height)))
         camera = ss.Camera((0.3, 0.9 * height, 0.0), (0.3, 0.0, 0.0), fov, up=(0.0, 0.0, -1.0))
-        frame = ss.render(scene, camera, technique=make(pattern="grid"), size=(320, 240))
+        frame = ss.render(scene, camera, technique=make(), size=(320, 240))
         row = frame.visibility[0][160]
         assert np.abs(frame.position[160, :, 1]).max() < 1e-4, "the row shows the floor"
         assert (np.diff(row) >= 0.0).all(), "from dark to light, without a jump back"
@@ -216,8 +236,8 @@ def test_only_0_and_1_beyond_the_kernel(preset: str) -> None:
     """Check 9: farther than the largest kernel's radius and a texel from the edge of a half-plane's shadow."""
     scene = ss.Scene([stage.floor(), stage.card(-9.0, 0.3, -9.0, 9.0, 1.0)], [DOWN])
     camera = ss.Camera((0.3, 0.9, 0.0), (0.3, 0.0, 0.0), 37.0, up=(0.0, 0.0, -1.0))
-    technique = VariablePenumbra(**{**VariablePenumbra.presets[preset], "resolution": RESOLUTION})
-    kernel = technique.kernel if technique.mask == "fixed" else technique.red_kernel
+    technique = VariablePenumbra.of({"preset": preset, "resolution": RESOLUTION})
+    kernel = largest_kernel(technique)
     with ss.Renderer(scene, technique=technique, size=(320, 240)) as renderer:
         frame = renderer.render(camera)
         texel = 1.0 / texels_per_metre(renderer)
@@ -240,7 +260,7 @@ def reads_of(technique: VariablePenumbra) -> tuple[float, float]:
 
 
 def preset(name: str, **options: Any) -> VariablePenumbra:
-    return VariablePenumbra(**{**VariablePenumbra.presets[name], "resolution": 512, **options})
+    return VariablePenumbra.of({"preset": name, "resolution": 512, **options})
 
 
 def test_table_1_in_reads() -> None:
@@ -248,7 +268,7 @@ def test_table_1_in_reads() -> None:
 
     The mask of 4×4, fastest in the paper, comes after the bands: weak edges are in none of them and cost nothing.
     """
-    four, seven, bands, wide_bands = (reads_of(preset(name))[0] for name in VariablePenumbra.presets)
+    four, seven, bands, wide_bands = (reads_of(preset(name))[0] for name in ("4x4", "7x7", "2/3/5", "3/5/7"))
     hard, plain = 1.0, 16.0
     assert hard < bands < wide_bands < seven < plain
     assert bands < four < seven
@@ -267,13 +287,16 @@ def test_tables_2_and_3_in_reads() -> None:
 
 @pytest.mark.parametrize("bar_height", [1.4, 1.5, 1.9])
 @pytest.mark.parametrize("bar_edge", [0.2935, 0.295])
-def test_an_internal_edge_leaves_the_outlines_kernel_alone(bar_height: float, bar_edge: float) -> None:
+def test_an_internal_edge_leaves_the_outlines_kernel_alone(
+    bar_height: float, bar_edge: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """[Evans2014 §5] A slab 0.2 m over the floor whose edge is in no band, a bar above with its edge one to two texels
     from the slab's: another texel, yet near enough for every band's dilation but the weakest one's.
 
     The bar is wholly before the slab, so the floor's shadow is the slab's. One layer takes the bar's edge for the
     floor's and softens it; two give what the slab gives alone, bit for bit.
     """
+    with_grids(monkeypatch)
     post = stage.box((0.55, 0.0, 0.15), (0.6, 2.0, 0.2))
     slab = stage.card(-9.0, 0.3, -9.0, 9.0, 0.2)
     bar = stage.card(-9.0, bar_edge, -9.0, 9.0, bar_height)
@@ -281,7 +304,7 @@ def test_an_internal_edge_leaves_the_outlines_kernel_alone(bar_height: float, ba
 
     def row(nodes: list[ss.Node], layers: int) -> np.ndarray:
         scene = ss.Scene([stage.floor(), post, *nodes], [DOWN])
-        technique = make(pattern="grid", layers=layers)
+        technique = make(layers=layers)
         frame = ss.render(scene, camera, technique=technique, size=(320, 240))
         assert np.abs(frame.position[160, :, 1]).max() < 1e-4, "the row shows the floor"
         return frame.visibility[0][160]
@@ -356,6 +379,7 @@ def test_kernels_from_a_light_without_size_are_hard() -> None:
 
 def test_presets_are_the_papers_versions() -> None:
     assert VariablePenumbra.preset("3/5/7") == VariablePenumbra()
-    assert VariablePenumbra.preset("4x4").mask == "fixed"
+    assert VariablePenumbra.preset("4x4") == VariablePenumbra(kernels=Fixed(size=4))
+    assert VariablePenumbra.preset("paper") == VariablePenumbra(self_shadowing=False)
     with pytest.raises(ss.OptionError, match="2/3/5"):
         VariablePenumbra.preset("9x9")

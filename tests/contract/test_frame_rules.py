@@ -162,31 +162,38 @@ def test_a_frame_without_its_completion_word_is_an_error(monkeypatch: pytest.Mon
 
 
 @pytest.mark.parametrize(
-    ("technique", "amount"),
+    ("technique", "budget", "amount"),
     [
-        (ss.techniques.Uniform(grid=3, resolution=1024, memory_budget=1), "4 MiB"),
-        (ss.techniques.Hard(resolution=16384), "1024 MiB"),
-        (ss.techniques.Vsm(resolution=8192), "512 MiB"),
+        (ss.techniques.Uniform(grid=3, resolution=1024), 1, "4 MiB"),
+        (ss.techniques.Hard(resolution=16384), 512, "1024 MiB"),
+        (ss.techniques.Vsm(resolution=8192), 512, "512 MiB"),
     ],
     ids=["memory budget", "resolution", "moments"],
 )
-def test_too_much_memory_is_refused_with_the_amount(technique: Any, amount: str) -> None:
+def test_too_much_memory_is_refused_with_the_amount(technique: Any, budget: int, amount: str) -> None:
     """R28: the next normal frame is as before."""
     before = stage.render(stage.standard_scene(), stage.cheap("hard"))
     with pytest.raises(ss.DeviceError, match=amount) as error:
-        stage.render(stage.standard_scene(), technique)
+        ss.render(stage.standard_scene(), technique=technique, size=stage.SIZE, memory_budget=budget)
     assert "ower" in str(error.value)
     after = stage.render(stage.standard_scene(), stage.cheap("hard"))
     assert stage.same_bits(after.visibility, before.visibility)
 
 
 def test_a_small_memory_budget_draws_in_batches_with_the_same_result() -> None:
+    technique = ss.techniques.Uniform(grid=5, resolution=256)
     results = [
-        stage.render(stage.standard_scene(), ss.techniques.Uniform(grid=5, resolution=256, memory_budget=budget))
+        ss.render(stage.standard_scene(), technique=technique, size=stage.SIZE, memory_budget=budget)
         for budget in (1, 512)
     ]
     assert results[0].stats.gpu_bytes < results[1].stats.gpu_bytes
     assert stage.same_bits(results[0].visibility, results[1].visibility)
+
+
+@pytest.mark.parametrize("budget", [0, -1, 1.5, "512", True])
+def test_a_memory_budget_is_a_whole_number_of_mebibytes(budget: Any) -> None:
+    with pytest.raises(ss.OptionError, match="memory_budget"):
+        ss.Renderer(stage.standard_scene(), memory_budget=budget)
 
 
 # -- Statistics --------------------------------------------------------------------------------------------------------

@@ -12,7 +12,7 @@ import pytest
 
 import softshadows as ss
 import stage
-from softshadows.techniques import TECHNIQUES, make_technique
+from softshadows.techniques import TECHNIQUES
 
 ALL = list(TECHNIQUES)
 SHADOWING = [name for name in TECHNIQUES if name != "none"]
@@ -260,59 +260,6 @@ def test_many_lights(name: str) -> None:
     scene.lights = lights[-1:]
     last = stage.render(scene, technique, (16, 16))
     assert stage.same_bits(frame.visibility[-1], last.visibility[0])
-
-
-RAYS_ONLY = {"offsets", "denoise"}
-"""Options that OptionError refuses with maps: tests/contract/test_decorrelated_rays.py."""
-
-
-def _ends(name: str) -> list[dict[str, Any]]:
-    """Every option of a technique at its lowest, highest and named values."""
-    cases: list[dict[str, Any]] = []
-    for option in TECHNIQUES[name].options():
-        meta = option.metadata
-        values = list(meta["choices"]) or [meta["low"], meta["high"], *([meta["or_word"]] if meta["or_word"] else [])]
-        values = [f"{value:g} {value:g}" for value in values] if meta["is_table"] else values
-        cases += [{option.name: int(v) if isinstance(v, float) and v == int(v) else v} for v in values if v != np.inf]
-    return cases
-
-
-@pytest.mark.parametrize(
-    ("name", "options"), [(name, case) for name in ALL for case in _ends(name)], ids=lambda value: str(value)
-)
-def test_every_option_at_its_ends(name: str, options: dict[str, Any]) -> None:
-    """An image, or a DeviceError that says what to lower where the value asks for too much memory."""
-    rays = {"visibility": "ray"} if RAYS_ONLY & set(options) else {}
-    technique = stage.cheap(name, **{"resolution": 64, "grid": 3, **rays, **options})
-    try:
-        frame = stage.render(stage.standard_scene(stage.light_for(name)), technique, (16, 12))
-    except ss.DeviceError as error:
-        expected_refusal = error
-    else:
-        expected_refusal = None
-        stage.check_visibility(frame)
-    if expected_refusal is not None:
-        assert "ower" in str(expected_refusal)
-        assert options.get("resolution", 0) in (8192, 16384), "only the largest maps may be refused"
-
-
-@pytest.mark.parametrize("name", SHADOWING)
-def test_unknown_or_illegal_options_name_the_legal_ones(name: str) -> None:
-    options = TECHNIQUES[name].options()
-    with pytest.raises(ss.OptionError) as unknown:
-        make_technique(name, {"colour": 3})
-    assert all(option.name in str(unknown.value) for option in options)
-    for option in options:
-        meta = option.metadata
-        illegal: list[Any] = ["nonsense", None, [], float("nan")]
-        illegal += [] if any(choice is True for choice in meta["choices"]) else [True]
-        illegal += [meta["low"] - 1.0] if np.isfinite(meta["low"]) else []
-        illegal += [meta["high"] + 1.0] if np.isfinite(meta["high"]) else []
-        for value in illegal:
-            with pytest.raises(ss.OptionError, match=option.name) as refused:
-                make_technique(name, {option.name: value})
-            legal = meta["choices"] or [f"{meta['low']:g}"]
-            assert all(str(choice) in str(refused.value) for choice in legal)
 
 
 def test_unknown_technique_names_the_known_ones() -> None:

@@ -95,7 +95,7 @@ def test_every_technique_is_declared_a_picture_and_a_failure(name: str) -> None:
     for shown, caption in zip(SHOWN[name], (captions["picture"], captions["failure"]), strict=True):
         assert shown.words in caption, f"run `python scripts/docs/pictures.py {name}`: the picture shows something else"
         assert f"`{shown.scene}`" in caption
-        TECHNIQUES[name](**shown.options)  # raises where an option went
+        TECHNIQUES[name].of(shown.options)  # raises where an option went
 
 
 @techniques

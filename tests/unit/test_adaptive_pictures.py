@@ -24,9 +24,7 @@ def decisions(light: Any = stage.RECT, **options: Any) -> tuple[ss.Frame, pictur
         return frame, read_decisions(renderer), pictures.all_pictures(renderer)
 
 
-@pytest.mark.parametrize(
-    "options", [{}, {"refinement": "global"}, {"max_maps": 25}, {"max_depth": 2}, {"max_depth": 0}], ids=str
-)
+@pytest.mark.parametrize("options", [{}, {"refinement": "global"}, {"max_depth": 2}, {"max_depth": 0}], ids=str)
 @pytest.mark.parametrize("kind", ["rect", "line"])
 def test_look_ups_are_those_of_the_statistics(kind: str, options: dict[str, Any]) -> None:
     frame, found, shown = decisions(stage.LIGHTS[kind], **options)

@@ -13,6 +13,7 @@ from typer.testing import CliRunner, Result
 from softshadows.cli.app import app
 from softshadows.scene.builtin import SCENES
 from softshadows.techniques import TECHNIQUES
+from softshadows.techniques.options import as_text
 
 SHOT = 'scene = "blocker"\nsize = [32, 24]\n[technique]\nname = "uniform"\ngrid = 3\n'
 
@@ -114,7 +115,8 @@ def test_techniques_are_listed_with_their_options() -> None:
     assert result.exit_code == 0
     for name, cls in TECHNIQUES.items():
         assert name in result.output
-        assert all(f"{option.name}={option.default}" in result.output for option in cls.options())
+        assert all(f"{option.name}={as_text(option.default)}" in result.output for option in cls.options())
+        assert all(f"preset={preset}" in result.output for preset in cls.presets)
 
 
 def test_help_names_every_suite() -> None:

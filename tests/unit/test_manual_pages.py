@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from softshadows.techniques import TECHNIQUES
-from softshadows.techniques.base import numbers_of
 from softshadows.techniques.manual import HEADINGS, manual, section, sentence, summary
+from softshadows.techniques.options import Number, as_text
 
 TAG = re.compile(r"\[([A-Z][A-Za-z]+\d{4}[a-z]?(?: [^\]]+)?)\]")
 SOURCE = Path(sys.modules["softshadows.techniques"].__file__ or "").parent.parent
@@ -78,11 +78,11 @@ def test_the_section_map_agrees_with_the_shader(name: str) -> None:
 @techniques
 def test_options_say_what_they_do(name: str) -> None:
     for option in TECHNIQUES[name].options():
-        text = option.metadata["help"]
-        assert len(text) > 10, option.name
-        assert not text.endswith("."), "help is a phrase, so that the legal values can follow it"
-        meta = option.metadata
-        assert meta["choices"] or meta["low"] > float("-inf"), f"{option.name} has no limits"
-        legal = option.default in (*meta["choices"], meta["or_word"])
-        numbers = numbers_of(option.default) if meta["is_table"] else [option.default]
-        assert legal or all(meta["low"] <= number <= meta["high"] for number in numbers)
+        assert len(option.help) > 10, option.name
+        assert not option.help.endswith("."), "help is a phrase, so that the legal values can follow it"
+        assert option.parse(option.default, name) == option.default
+        assert option.parse(as_text(option.default), name) == option.default
+        if isinstance(option.legal, Number):
+            assert option.legal.low > float("-inf"), f"{option.name} has no limits"
+        for chosen in option.classes:
+            assert chosen.__doc__, f"{chosen.__name__} says what it is"

@@ -34,7 +34,7 @@ def test_a_small_run(tmp_path: Path) -> None:
     plain = found.results[0]
     assert plain.figures["time_ratio"] == plain.figures["reads_ratio"] == plain.figures["filter_ratio"] == 1.0
     assert plain.figures["filter_ms"] == plain.figures["lookup_ms"] > 0.0
-    fixed = by_label["variable_penumbra:mask=fixed"].figures
+    fixed = by_label["variable_penumbra:kernels=fixed"].figures
     assert fixed["reads_ratio"] <= 1 / 3
     bands, light = by_label["variable_penumbra"], by_label["variable_penumbra:kernels=from_light"]
     pcss = by_label["pcss:blocker_samples=16:filter_samples=24"]

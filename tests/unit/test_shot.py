@@ -16,6 +16,7 @@ from softshadows.scene.framing import complete, framing_camera
 from softshadows.scene.lights import LineLight, RectLight
 from softshadows.scene.model import Mesh, Node, Scene
 from softshadows.scene.shot import load_shot, open_shot
+from softshadows.techniques import Bands, VariablePenumbra, make_technique
 
 WHOLE = """
 scene = "figures"
@@ -76,6 +77,10 @@ MISTAKES = {
     ),
     'scene = "figures"\n[technique]\ngrid = 3': ("technique.name", "needs 'name'"),
     'scene = "figures"\n[technique]\nname = "uniform"\ngrid = {}': ("technique.grid", "number"),
+    'scene = "figures"\n[technique]\nname = "uniform"\n[technique.visibility.more]': (
+        "technique.visibility.more",
+        "number",
+    ),
     "scene = ": (None, "not valid TOML"),
     "a = " + "[" * 5000: (None, "not valid TOML"),
 }
@@ -100,6 +105,15 @@ def test_a_whole_shot(tmp_path: Path) -> None:
     assert shot.scene.nodes[-1].name == "ground"
     assert shot.name == "picture"
     assert shot.notes == []
+
+
+def test_a_shot_names_a_preset_and_the_options_of_a_choice(tmp_path: Path) -> None:
+    text = 'scene = "room"\n[technique]\nname = "variable_penumbra"\npreset = "paper"\n[technique.kernels]\n'
+    shot = load_shot(written(tmp_path, text + 'type = "bands"\nsizes = [2, 3, 5]\nedges = "0.1 0.2 0.3"'))
+    assert shot.technique is not None
+    made = make_technique(shot.technique.name, shot.technique.options)
+    kernels = Bands(sizes=(2, 3, 5), edges=(0.1, 0.2, 0.3))
+    assert made == VariablePenumbra(kernels=kernels, self_shadowing=False)
 
 
 def test_a_short_shot_uses_the_scenes_own_camera_and_lights(tmp_path: Path) -> None:

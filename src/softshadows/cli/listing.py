@@ -13,7 +13,7 @@ def techniques() -> None:
     from rich.table import Table
 
     from softshadows.techniques import TECHNIQUES
-    from softshadows.techniques.base import legal_values
+    from softshadows.techniques.options import as_text
 
     console = new_console()
     for name, cls in TECHNIQUES.items():
@@ -21,8 +21,12 @@ def techniques() -> None:
         if cls.options():
             table = Table(box=None, show_header=False, padding=(0, 1, 0, 4))
             for option in cls.options():
-                meaning = f"{option.metadata['help']} [dim]({legal_values(option)})[/dim]"
-                table.add_row(f"{option.name}={option.default}", meaning)
+                belongs = f"of {option.of}: " if option.of else ""
+                meaning = f"{belongs}{option.help} [dim]({option.legal.words})[/dim]"
+                table.add_row(f"{option.name}={as_text(option.default)}", meaning)
+            for preset, chosen in cls.presets.items():
+                said = ", ".join(f"{name}={as_text(value)}" for name, value in chosen.items())
+                table.add_row(f"preset={preset}", said or "the defaults")
             console.print(table)
 
 

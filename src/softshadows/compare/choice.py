@@ -1,17 +1,18 @@
-"""Techniques chosen in words: `-t pcss,uniform:grid=9 -O resolution=512`, over what a shot says."""
+"""Techniques chosen in words: `-t pcss,adaptive:preset=paper -O resolution=512`, over what a shot says."""
 
 from __future__ import annotations
 
 from softshadows.errors import OptionError
 from softshadows.scene.shot import Shot
 from softshadows.techniques import TECHNIQUES, Technique, make_technique
+from softshadows.techniques.options import flattened, overlaid
 
 
 def technique_from(shot: Shot, name: str | None, options: list[str]) -> Technique | None:
     """The technique of -t and -O over the shot's; None where neither names one, for the renderer's default."""
     given = dict(_option(text) for text in options)
     if shot.technique is not None and name in (None, shot.technique.name):
-        return make_technique(shot.technique.name, {**shot.technique.options, **given})
+        return make_technique(shot.technique.name, overlaid(flattened(shot.technique.options), given))
     if name is not None:
         return make_technique(name, given)
     if given:
@@ -30,14 +31,20 @@ def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[T
     made = []
     for entry in wanted:
         name, *own = entry.split(":")
-        known = {option.name for option in TECHNIQUES[name].options()} if name in TECHNIQUES else set()
-        unused -= known
-        made.append(
-            make_technique(name, {**{k: v for k, v in shared.items() if k in known}, **dict(map(_option, own))})
-        )
+        technique = TECHNIQUES.get(name)
+        known = {key: value for key, value in shared.items() if technique and _has(technique, key, value)}
+        unused -= set(known)
+        made.append(make_technique(name, overlaid(known, dict(map(_option, own)))))
     if unused:
         raise OptionError(f"-O {sorted(unused)[0]}: none of the techniques compared has this option")
     return made
+
+
+def _has(technique: type[Technique], option: str, value: str) -> bool:
+    """Whether a technique has an option, or a preset of this name."""
+    if option == "preset":
+        return value in technique.presets
+    return option in {declared.name for declared in technique.options()}
 
 
 def can_do(technique: Technique | type[Technique], shot: Shot) -> bool:

@@ -17,6 +17,7 @@ from softshadows.renderer import Renderer
 from softshadows.scene.camera import Camera
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
+from softshadows.techniques.options import as_text, changes_of
 
 LIGHT_STEP = 1e-6
 """Metres that the lights move from frame to frame, so that everything is redrawn: other lights to the renderer."""
@@ -72,13 +73,8 @@ class Run:
 
 
 def label_of(technique: Technique) -> str:
-    """The technique's name with the options that differ from their defaults: `uniform:grid=9`."""
-    changed = [
-        f"{option.name}={getattr(technique, option.name)}"
-        for option in technique.options()
-        if getattr(technique, option.name) != option.default
-    ]
-    return ":".join([technique.name, *changed])
+    """The technique's name with the options that differ from their defaults: `uniform:grid=9`, as -t takes them."""
+    return ":".join([technique.name, *(f"{name}={as_text(value)}" for name, value in changes_of(technique).items())])
 
 
 def render_interleaved(

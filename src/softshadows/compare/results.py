@@ -26,6 +26,7 @@ from softshadows.compare.measure import Measurement, Result
 from softshadows.errors import OptionError
 from softshadows.image.files import replace_file
 from softshadows.scene.lights import Light
+from softshadows.techniques.options import values_of
 
 SCHEMA = "softshadows-results/1"
 
@@ -82,7 +83,7 @@ def _technique(result: Result) -> dict[str, Any]:
     return {
         "label": result.label,
         "name": result.technique.name,
-        "options": {option.name: getattr(result.technique, option.name) for option in result.technique.options()},
+        "options": values_of(result.technique),
         "frame_ms": result.frame_ms,
         "times": {name: dataclasses.asdict(timing) for name, timing in result.times.items()},
         **result.stats,

@@ -15,8 +15,11 @@
     height = 1.5
     radiance = [40.0, 40.0, 40.0]
     [technique]
-    name = "uniform"
-    grid = 9
+    name = "variable_penumbra"
+    resolution = 512                # or preset = "paper"
+    [technique.kernels]             # or kernels = "from_light"
+    type = "from_light"
+    taps = 25
 
 Without a camera or lights the scene's own are used, and where it has none either, a view and a light are made to fit.
 """
@@ -47,7 +50,10 @@ OnMissing = Literal["error", "warn"]
 
 @dataclass(frozen=True)
 class TechniqueChoice:
-    """A technique by name and its options as written; who renders resolves and checks them."""
+    """A technique by name and its options as written; who renders resolves and checks them.
+
+    `preset` is among the options, and a choice with options of its own is a dict: `{"type": "from_light", "taps": 49}`.
+    """
 
     name: str
     options: dict[str, Any] = field(default_factory=dict)
@@ -132,15 +138,22 @@ def _read_toml(file: Path) -> dict[str, Any]:
 
 def _technique_from(table: Table) -> TechniqueChoice:
     table.require(["name"], "a technique")
-    options = {
-        key: tuple(value) if isinstance(value, list) else value for key, value in table.values.items() if key != "name"
-    }
-    for key, value in options.items():
-        if not all(
-            isinstance(item, str | bool | int | float) for item in (value if isinstance(value, tuple) else (value,))
-        ):
-            table.fail(f"must be a text, a number, true, false or a list of them, got {value!r}", key)
+    options: dict[str, Any] = {}
+    for key, value in table.values.items():
+        if isinstance(value, dict) and value:
+            nested = table.subtable(key)
+            options[key] = {inner: _plain(nested, inner) for inner in nested.values}
+        elif key != "name":
+            options[key] = _plain(table, key)
     return TechniqueChoice(table.text("name"), options)
+
+
+def _plain(table: Table, key: str) -> Any:
+    value = table.values[key]
+    items = tuple(value) if isinstance(value, list) else (value,)
+    if not all(isinstance(item, str | bool | int | float) for item in items):
+        table.fail(f"must be a text, a number, true, false or a list of them, got {value!r}", key)
+    return items if isinstance(value, list) else value
 
 
 def _scene_from(table: Table, folder: Path, on_missing: OnMissing) -> Scene:

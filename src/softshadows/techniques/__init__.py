@@ -6,17 +6,24 @@ from collections.abc import Mapping
 from typing import Any
 
 from softshadows.errors import OptionError
-from softshadows.techniques.adaptive.adaptive import Adaptive
+from softshadows.techniques.adaptive.adaptive import Adaptive, CellFilter, NoFilter, PcfFilter
 from softshadows.techniques.base import Technique
+from softshadows.techniques.common_options import Hybrid, Maps, Rays, WholeLight
 from softshadows.techniques.hard.hard import Hard
-from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMaps
+from softshadows.techniques.line_shadow_maps.line_shadow_maps import AutoSamples, LineShadowMaps
 from softshadows.techniques.none.none import Unshadowed
-from softshadows.techniques.occluding_edges.occluding_edges import OccludingEdges
+from softshadows.techniques.occluding_edges.occluding_edges import Ends, OccludingEdges, Searched, Texture
 from softshadows.techniques.pcf.pcf import Pcf
 from softshadows.techniques.pcss.pcss import Pcss
-from softshadows.techniques.penumbra_wedges.penumbra_wedges import PenumbraWedges
+from softshadows.techniques.penumbra_wedges.penumbra_wedges import (
+    Additive,
+    Overlap,
+    PenumbraWedges,
+    Probabilistic,
+    Union,
+)
 from softshadows.techniques.uniform.uniform import Uniform
-from softshadows.techniques.variable_penumbra.variable_penumbra import VariablePenumbra
+from softshadows.techniques.variable_penumbra.variable_penumbra import Bands, Fixed, FromLight, VariablePenumbra
 from softshadows.techniques.vsm.vsm import Vsm
 
 TECHNIQUES: dict[str, type[Technique]] = {
@@ -39,31 +46,45 @@ TECHNIQUES: dict[str, type[Technique]] = {
 __all__ = [
     "TECHNIQUES",
     "Adaptive",
+    "Additive",
+    "AutoSamples",
+    "Bands",
+    "CellFilter",
+    "Ends",
+    "Fixed",
+    "FromLight",
     "Hard",
+    "Hybrid",
     "LineShadowMaps",
+    "Maps",
+    "NoFilter",
     "OccludingEdges",
+    "Overlap",
     "Pcf",
+    "PcfFilter",
     "Pcss",
     "PenumbraWedges",
+    "Probabilistic",
+    "Rays",
+    "Searched",
     "Technique",
+    "Texture",
     "Uniform",
+    "Union",
     "Unshadowed",
     "VariablePenumbra",
     "Vsm",
+    "WholeLight",
     "make_technique",
 ]
 
 
 def make_technique(name: str, options: Mapping[str, Any] | None = None) -> Technique:
-    """The technique `name` with `options` (values may be text, as from a command line).
+    """The technique `name` with `options` by name, such as `{"preset": "paper", "kernels.taps": "49"}`.
 
-    Raises OptionError for an unknown technique or option, or a value out of range, with the legal ones.
+    Values may be text, as from a command line (see Technique.of). Raises OptionError for an unknown technique or
+    option, or a value out of range, with the legal ones.
     """
     if name not in TECHNIQUES:
         raise OptionError(f"there is no technique {name!r}; choose one of {', '.join(TECHNIQUES)}")
-    cls = TECHNIQUES[name]
-    known = [option.name for option in cls.options()]
-    for option_name in options or {}:
-        if option_name not in known:
-            raise OptionError(f"technique {name!r} has no option {option_name!r}; it has {', '.join(known) or 'none'}")
-    return cls(**(options or {}))
+    return TECHNIQUES[name].of(options or {})

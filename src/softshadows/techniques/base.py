@@ -1,15 +1,11 @@
-"""What a technique is: a frozen dataclass of options that builds a pass, which turns receivers into visibility.
-
-One declaration of an option gives `-O` flags, validation, documentation and the shader's constants.
-"""
+"""What a technique is: a frozen dataclass of options that builds a pass, which turns receivers into visibility."""
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from dataclasses import MISSING, Field, dataclass, field, fields
-from typing import Any, ClassVar, Self, dataclass_transform
+from dataclasses import dataclass
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import wgpu
@@ -21,102 +17,34 @@ from softshadows.gpu.growing import GrowingBuffer
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import LIGHT_CLASSES, Light
-
-
-def option(
-    *,
-    default: Any,
-    help: str,
-    choices: Sequence[Any] = (),
-    low: float = -math.inf,
-    high: float = math.inf,
-    or_word: str | None = None,
-    is_table: bool = False,
-) -> Any:
-    """A technique's option: its default, what it does, and its legal values.
-
-    Either one of `choices`, or a number of the default's type in [low, high], or the word `or_word`. A default that is
-    itself `or_word` means whole numbers. With `is_table` two or more numbers, as text with spaces between them.
-    """
-    return field(
-        default=default,
-        metadata={
-            "help": help,
-            "choices": tuple(choices),
-            "low": low,
-            "high": high,
-            "or_word": or_word,
-            "is_table": is_table,
-        },
-    )
-
-
-def legal_values(option_field: Field) -> str:
-    """The legal values of an option in words."""
-    meta = option_field.metadata
-    if meta["choices"]:
-        return "one of " + ", ".join(str(choice) for choice in meta["choices"])
-    kind = "a number" if isinstance(option_field.default, float) else "a whole number"
-    if meta["is_table"]:
-        kind = "two or more numbers, with spaces between them, each"
-    interval = (
-        f"from {meta['low']:.9g} to {meta['high']:.9g}" if meta["high"] < math.inf else f"of at least {meta['low']:.9g}"
-    )
-    return f"{kind} {interval}" + (f", or {meta['or_word']}" if meta["or_word"] else "")
-
-
-def numbers_of(table: Any) -> list[float]:
-    """The numbers of a table, given as text or one by one. Raises ValueError for anything else."""
-    try:
-        return [float(number) for number in (table.split() if isinstance(table, str) else table)]
-    except TypeError:
-        raise ValueError(f"not a table of numbers: {table!r}") from None
-
-
-def _parse(option_field: Field, value: Any, owner: str) -> Any:
-    """`value` (perhaps text from a command line) as the option's type, or OptionError."""
-    meta = option_field.metadata
-    error = OptionError(f"{owner}: {option_field.name} must be {legal_values(option_field)}; got {value!r}")
-    if meta["choices"]:
-        for choice in meta["choices"]:
-            same_kind = isinstance(value, bool) == isinstance(choice, bool)
-            if (value == choice and same_kind) or value in (str(choice), str(choice).lower()):
-                return choice
-        raise error
-    if meta["or_word"] is not None and value == meta["or_word"]:
-        return value
-    if meta["is_table"]:
-        try:
-            numbers = numbers_of(value)
-        except ValueError:
-            raise error from None
-        if len(numbers) < 2 or not all(meta["low"] <= number <= meta["high"] for number in numbers):
-            raise error
-        return " ".join(f"{number:.9g}" for number in numbers)
-    kind = float if isinstance(option_field.default, float) else int
-    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-        raise error
-    try:
-        number = kind(value)
-    except (ValueError, OverflowError):
-        raise error from None
-    if not meta["low"] <= number <= meta["high"] or (not isinstance(value, str) and number != value):
-        raise error
-    return number
-
+from softshadows.techniques.options import Option, Options, all_options, build, flattened, overlaid
 
 Presets = Mapping[str, Mapping[str, Any]]
 """A technique's named choices of options."""
 
 
+DEFAULT_MEMORY_BUDGET = 512
+
+
+def checked_budget(memory_budget: int) -> int:
+    """OptionError for anything but a whole number of MiB."""
+    if not isinstance(memory_budget, int) or isinstance(memory_budget, bool) or memory_budget < 1:
+        raise OptionError(f"memory_budget must be a whole number of MiB, at least 1, got {memory_budget!r}")
+    return memory_budget
+
+
 @dataclass(frozen=True)
 class RenderContext:
-    """What every technique's pass may use. `visibility` is array<f32>, laid out [light][y][x]."""
+    """What every technique's pass may use. `visibility` is array<f32>, laid out [light][y][x].
+
+    `memory_budget` is how many MiB the shadow maps drawn at one time may take.
+    """
 
     gpu: Gpu
     scene: SceneBuffers
     gbuffer: GBuffer
     visibility: GrowingBuffer
+    memory_budget: int = DEFAULT_MEMORY_BUDGET
 
 
 class TechniquePass(ABC):
@@ -151,35 +79,36 @@ class TechniquePass(ABC):
         """Learn from `results` what only the GPU knew of the frame: maps, look-ups, warnings."""
 
 
-@dataclass_transform(frozen_default=True, field_specifiers=(option,))
-class Technique(ABC):
+class Technique(Options, ABC):
     """Base of the techniques. A subclass names itself, the lights it can do, its options, and builds its pass."""
 
-    name: ClassVar[str]
     light_kinds: ClassVar[frozenset[str]]
     presets: ClassVar[Presets] = {}
     refines: ClassVar[bool] = False
     """Does it take other samples of the light in every frame that is refined?"""
 
-    def __init_subclass__(cls) -> None:
-        dataclass(frozen=True)(cls)
-
-    def __post_init__(self) -> None:
-        for option_field in fields(self):  # type: ignore[arg-type]
-            value = _parse(option_field, getattr(self, option_field.name), self.name)
-            object.__setattr__(self, option_field.name, value)
-
     @classmethod
-    def options(cls) -> tuple[Field, ...]:
-        """The option fields, in order; their metadata holds `help` and the legal values."""
-        return tuple(f for f in fields(cls) if f.default is not MISSING)  # type: ignore[arg-type]
+    def options(cls) -> tuple[Option, ...]:
+        """All options, in order: those of a choice follow it, with names such as `kernels.taps`."""
+        return tuple(all_options(cls))
 
     @classmethod
     def preset(cls, name: str) -> Self:
         """A named choice of options. Raises OptionError for an unknown name."""
-        if name not in cls.presets:
+        return cls.of({"preset": name})
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Self:
+        """The technique with options by name; values may be text.
+
+        `preset` comes first, then the single options: `{"preset": "paper", "kernels": "fixed", "kernels.size": "7"}` or
+        `{"kernels": {"type": "fixed", "size": 7}}`. Raises OptionError for an unknown or illegal one.
+        """
+        single = flattened(given)
+        name = single.pop("preset", None)
+        if name is not None and name not in cls.presets:
             raise OptionError(f"{cls.name} has no preset {name!r}; choose one of {', '.join(cls.presets) or 'none'}")
-        return cls(**cls.presets[name])
+        return build(cls, overlaid(cls.presets[name] if name is not None else {}, single))
 
     @classmethod
     def check_lights(cls, lights: Sequence[Light]) -> None:
@@ -195,8 +124,5 @@ class Technique(ABC):
     def build(self, context: RenderContext) -> TechniquePass:
         """The technique's pass on this device, scene and image size."""
 
-
-VISIBILITIES = ("map", "ray", "hybrid")
-"""What tells whether a light sample is visible, for techniques that ask sample by sample."""
 
 ALL_LIGHTS = frozenset(LIGHT_CLASSES)

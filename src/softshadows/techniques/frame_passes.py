@@ -19,7 +19,7 @@ from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.passes.mean.mean import Mean
 from softshadows.passes.shading.shading import Shading
 from softshadows.scene.model import Scene
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass
+from softshadows.techniques.base import DEFAULT_MEMORY_BUDGET, RenderContext, Technique, TechniquePass
 from softshadows.techniques.light_groups import LightGroups
 
 
@@ -50,15 +50,23 @@ class Submitted:
 class FramePasses:
     """Everything of a frame behind the G-buffer, which passes opened together for one camera and size may share.
 
-    `technique_of` names the technique of a light by its index. `prepare` comes first.
+    `technique_of` names the technique of a light by its index, `memory_budget` is RenderContext's. `prepare` is first.
     """
 
-    def __init__(self, gpu: Gpu, gbuffer: GBuffer, technique_of: Callable[[int], Technique]) -> None:
+    def __init__(
+        self,
+        gpu: Gpu,
+        gbuffer: GBuffer,
+        technique_of: Callable[[int], Technique],
+        memory_budget: int = DEFAULT_MEMORY_BUDGET,
+    ) -> None:
         self._gpu, self.gbuffer, self.timer = gpu, gbuffer, PassTimer(gpu)
         self._visibility = GrowingBuffer(gpu, 4 * gbuffer.size[0] * gbuffer.size[1], "the visibility")
         self.shading = Shading(gpu, gbuffer, self._visibility)
         self.mean = Mean(gpu, self._visibility, self.shading.color)
-        self.groups = LightGroups(RenderContext(gpu, gbuffer.scene, gbuffer, self._visibility), technique_of)
+        self.groups = LightGroups(
+            RenderContext(gpu, gbuffer.scene, gbuffer, self._visibility, memory_budget), technique_of
+        )
         self.submitted: Submitted
         self._finished: FrameStats | None = None
         self._light_count = -1

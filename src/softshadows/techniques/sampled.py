@@ -16,7 +16,6 @@ from softshadows.gpu.program import Bindings, Program, Resource
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
-from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET
 from softshadows.visibility.maps.plan import AtlasPlan, plan_atlas
 from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
 
@@ -47,19 +46,16 @@ class SampledPass(TechniquePass):
         lookups: Callable[[int], float],
         constants: Mapping[str, float] | None = None,
         resources: Mapping[str, Resource] | None = None,
-        bias_scale: float = 1.0,
         takes_center_only: bool = False,
         margin_texels: int = 1,
         search_margin: float = 0.0,
-        memory_budget: int = DEFAULT_MEMORY_BUDGET,
         keeps_maps: bool = False,
         stand_ins: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__()
         self._context, self._samples_of, self._lookups = context, samples_of, lookups
         self._takes_center_only = takes_center_only
-        self._resolution, self._memory_budget = resolution, memory_budget
-        self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._resolution, self._margin_texels = resolution, margin_texels
         self._search_margin, self._keeps_maps = search_margin, keeps_maps
         self._atlases: dict[int, ShadowAtlas] = {}  # by samples per light
         self._turns: list[tuple[ShadowAtlas, int]] = []  # per light: its atlas, and its index there
@@ -98,7 +94,7 @@ class SampledPass(TechniquePass):
     def _plan(self, count: int) -> AtlasPlan:
         """How the maps of `count` samples are held and cut into chunks."""
         context = self._context
-        size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
+        size, resolution, budget = context.gbuffer.size, self._resolution, context.memory_budget
         return plan_atlas(context.gpu, context.scene, size, count, resolution, budget)
 
     def _new_atlas(self, count: int) -> ShadowAtlas:
@@ -108,7 +104,6 @@ class SampledPass(TechniquePass):
             context.scene,
             context.gbuffer,
             plan,
-            bias_scale=self._bias_scale,
             margin_texels=self._margin_texels,
             search_margin=self._search_margin,
             keeps_maps=self._keeps_maps,

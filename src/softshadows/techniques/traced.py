@@ -7,7 +7,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 import wgpu
 
-from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.program import Resource
 from softshadows.scene.lights import Light
@@ -17,15 +16,6 @@ from softshadows.visibility.denoise.denoise import Denoise
 from softshadows.visibility.maps.plan import AtlasPlan, plan_atlas, plan_without_maps
 from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
-
-
-def check_ray_options(technique: str, visibility: str, offsets: str, *, denoise: bool) -> None:
-    """OptionError for options that only rays have: a map serves all pixels with one point of the light."""
-    if visibility != "ray" and (offsets != "none" or denoise):
-        raise OptionError(
-            f"{technique}: offsets and denoise are for rays alone, and visibility={visibility!r} looks into shadow "
-            "maps. Use visibility='ray', or neither of them."
-        )
 
 
 class TracedPass(SampledPass):
@@ -42,8 +32,6 @@ class TracedPass(SampledPass):
         *,
         samples_of: Callable[[Light, int], Samples],
         resolution: int | str,
-        bias_scale: float,
-        memory_budget: int,
         uses_maps: bool,
         places: int,
         noise: float | None,
@@ -59,8 +47,6 @@ class TracedPass(SampledPass):
             resolution=resolution,
             lookups=float,
             resources={"report": self._report, **self._tree.resources},
-            bias_scale=bias_scale,
-            memory_budget=memory_budget,
             keeps_maps=uses_maps,
             stand_ins={**known, **self._tree.stand_ins},
         )
@@ -73,7 +59,7 @@ class TracedPass(SampledPass):
 
     def _plan(self, count: int) -> AtlasPlan:
         context = self._context
-        size, resolution, budget = context.gbuffer.size, self._resolution, self._memory_budget
+        size, resolution, budget = context.gbuffer.size, self._resolution, context.memory_budget
         if self._uses_maps:
             return plan_atlas(context.gpu, context.scene, size, count, resolution, budget, context.gpu.rays_at_once)
         return plan_without_maps(count, min(context.gpu.rays_at_once, count), self._places)

@@ -132,12 +132,12 @@ def views() -> Iterator[View]:
     """The built-in views, then those of $SOFTSHADOWS_SCENES; SceneError where that is set to a folder without any."""
     uniform, paper = _make("uniform", resolution=MAP), {"refinement": "global", "resolution": MAP}
     tile, whole = _make("adaptive", resolution=MAP), _make("adaptive", **paper)
-    half = _make("adaptive", comparison_scale=0.5, pcf=3, **paper)
+    half = _make("adaptive", comparison_scale=0.5, filter="pcf", **paper)
     for name, camera in (("far", FAR), ("near", NEAR)):
         pcss = _make("pcss", blocker_samples=64, filter_samples=64, resolution=MAP)
         yield View(name, lambda name=name, camera=camera: _modest(name, camera), [[uniform, whole, tile, pcss]])
     yield View("atrium", lambda: open_shot("atrium"), [[uniform, whole, half, tile]])
-    cells = _make("adaptive", filter="cell", max_maps=25, resolution=MAP)
+    cells = _make("adaptive", filter="cell", max_depth=2, resolution=MAP)
     for file in real_shots(SHOTS):
         groups = [[uniform, tile, cells], [_make("uniform"), _make("adaptive")]]
         yield View(file.stem, lambda file=file: open_shot(str(file)), groups)

@@ -55,19 +55,19 @@ SHARED_PASSES = frozenset({"gbuffer", "fit", "shadow_maps", "shading", "fill"})
 def techniques() -> list[Technique]:
     """The rows of the tables, the plain filter first."""
     masked: list[dict[str, Any]] = [
-        {"mask": "fixed", "kernel": 4},
-        {"mask": "fixed", "kernel": 7},
-        {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5},
-        {},
-        {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "resolution": 512},
-        {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "resolution": 2048},
-        {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5, "edge_filter": 8},
+        {"preset": "4x4"},
+        {"preset": "7x7"},
+        {"preset": "2/3/5"},
+        {"preset": "3/5/7"},
+        {"preset": "2/3/5", "resolution": 512},
+        {"preset": "2/3/5", "resolution": 2048},
+        {"preset": "2/3/5", "edge_filter": 8},
         {"layers": 2},
         {"kernels": "from_light"},
         {"kernels": "from_light", "layers": 2},
     ]
-    others = [make_technique("hard"), make_technique("pcss", {"blocker_samples": 16, "filter_samples": 24})]
-    return [PLAIN, *(VariablePenumbra(**options) for options in masked), *others, make_technique("vsm")]
+    others = [make_technique("hard"), make_technique("pcss", {"preset": "16/24"})]
+    return [PLAIN, *(VariablePenumbra.of(options) for options in masked), *others, make_technique("vsm")]
 
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:

@@ -53,7 +53,7 @@ from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
 from softshadows.scene.lights import RectLight
 from softshadows.scene.shot import Shot, open_shot
-from softshadows.techniques import Adaptive, Technique, Uniform
+from softshadows.techniques import Adaptive, Hybrid, Rays, Technique, Uniform
 from softshadows.truth.gpu_occluders import GpuOccluders
 from softshadows.truth.occluders import Occluders
 from softshadows.truth.segments import Receivers, Segments, cells_of, stratified
@@ -81,7 +81,7 @@ MAP = 512
 """Texels along a side of hybrid's maps: of fixed size they are kept, and all lie in the atlas."""
 TECHNIQUES: tuple[Technique, ...] = (
     Adaptive(visibility="ray"),
-    Adaptive(visibility="ray", max_depth=2, offsets="stratified", denoise=True),
+    Adaptive(visibility=Rays(offsets="stratified", denoise=True), max_depth=2),
     Uniform(visibility="ray", grid=9),
     Uniform(visibility="hybrid", grid=9, resolution=MAP),
 )
@@ -169,8 +169,8 @@ def _hold_against_rays(results: Sequence[Result]) -> None:
     """Give hybrid techniques their figures over rays alone."""
     figures = {result.technique: result.figures for result in results}
     for technique, own in figures.items():
-        if getattr(technique, "visibility", None) == "hybrid":
-            rays = figures.get(replace(technique, visibility="ray", resolution="auto"))  # type: ignore[call-arg]
+        if isinstance(getattr(technique, "visibility", None), Hybrid):
+            rays = figures.get(replace(technique, visibility=Rays(), resolution="auto"))  # type: ignore[call-arg]
             if rays is not None:
                 own["rmse_over_rays"] = own["rmse_truth"] / rays["rmse_truth"]
                 own["time_over_rays"] = own[KEPT]["wall_ms"] / rays[KEPT]["wall_ms"]

@@ -72,9 +72,9 @@ def views() -> Iterator[View]:
     """The cubes, from one sphere on."""
     blendings = [_wedges(blending=blending) for blending in (STANDARD, "probabilistic", PAPER, "union")]
     options: list[dict[str, Any]] = [
-        {"rect": "paper"},
-        {"rect": "paper", "quantise": True},
-        {"centre_of_gravity": True},
+        {"blending.rect": "paper"},
+        {"preset": "paper"},
+        {"blending.centre_of_gravity": True},
     ]
     others = [make_technique("uniform", {"grid": 32}), make_technique("adaptive")]
     for count in COUNTS:

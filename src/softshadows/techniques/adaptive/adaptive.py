@@ -74,18 +74,39 @@ from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
 from softshadows.techniques.adaptive.sampling import REPORT_WORDS, AdaptiveSampling, SamplingOptions
 from softshadows.techniques.adaptive.tree_buffers import TILE
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import (
-    bias_option,
-    budget_option,
-    denoise_option,
-    offsets_option,
+    VISIBILITIES,
+    VISIBILITY_HELP,
+    Hybrid,
+    Maps,
+    Rays,
+    check_resolution,
     resolution_option,
-    visibility_option,
 )
-from softshadows.techniques.traced import check_ray_options
+from softshadows.techniques.options import Choice, choice, one_of, option
 from softshadows.visibility.denoise.denoise import Denoise
 from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
+
+
+class NoFilter(Choice):
+    """A sample is a point: visible or not."""
+
+    name: ClassVar[str] = "none"
+
+
+class CellFilter(Choice):
+    """A sample is the part of the light around it: ramps in place of bands."""
+
+    name: ClassVar[str] = "cell"
+
+
+class PcfFilter(Choice):
+    """Every map is looked up in several texels: the paper's filter against banding."""
+
+    name: ClassVar[str] = "pcf"
+
+    texels: int = option(default=3, help="texels along the filter's side", choices=(2, 3))
 
 
 class Adaptive(Technique):
@@ -94,6 +115,7 @@ class Adaptive(Technique):
     name: ClassVar[str] = "adaptive"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "line"})
     refines: ClassVar[bool] = True
+    presets: ClassVar[Presets] = {"paper": {"refinement": "global", "weights": "paper", "resolution": 512}}
 
     max_depth: int = option(default=4, help="how often the light may be halved; 4 gives 289 maps", low=0, high=DEEPEST)
     refinement: str = option(
@@ -108,39 +130,31 @@ class Adaptive(Technique):
     threshold: int = option(
         default=0, help="texels of the comparison that may fail before a cell is refined", low=0, high=1 << 24
     )
-    visibility: str = visibility_option()
-    offsets: str = offsets_option()
-    denoise: bool = denoise_option()
-    max_maps: int = option(
-        default=289, help="shadow maps of a light at most; a level that would exceed it is left out", low=4, high=289
-    )
-    pcf: int = option(default=0, help="texels along the side of a filter on every map; 0 for none", choices=(0, 2, 3))
-    filter: str = option(
-        default="none",
-        help="take a sample as a point, or as the part of the light around it: ramps in place of bands",
-        choices=("none", "cell"),
+    visibility: Maps | Rays | Hybrid = choice(default=Maps(), converter=VISIBILITIES, help=VISIBILITY_HELP)
+    filter: NoFilter | CellFilter | PcfFilter = choice(
+        default=NoFilter(),
+        converter=one_of(NoFilter, CellFilter, PcfFilter),
+        help="take a sample as a point, as the part of the light around it, or averaged over texels of its map",
     )
     evaluation: str = option(
         default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
     )
-    jitter: int = option(
-        default=0,
-        help="which of many places beside the lattice's points the samples take; 0 for none",
-        low=0,
-        high=1 << 20,
-    )
     resolution: int | str = resolution_option("auto")
-    bias_scale: float = bias_option()
-    memory_budget: int = budget_option("the maps drawn at one time")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.visibility != "map" and (self.pcf or self.filter != "none"):
-            raise OptionError(
-                f"adaptive: pcf and filter look into shadow maps, and visibility={self.visibility!r} asks rays. "
-                "Use visibility='map', or neither of them."
-            )
-        check_ray_options(self.name, self.visibility, self.offsets, denoise=self.denoise)
+        if not isinstance(self.filter, NoFilter):
+            if not isinstance(self.visibility, Maps):
+                raise OptionError(
+                    f"adaptive: filter={self.filter.name} looks into shadow maps, and "
+                    f"visibility={self.visibility.name} traces rays. Use visibility=map, or no filter."
+                )
+            if self.evaluation == "deferred":
+                raise OptionError(
+                    f"adaptive: evaluation=deferred sums samples level by level, and filter={self.filter.name} looks "
+                    "all up again at the end. Use evaluation=single, or no filter."
+                )
+        check_resolution(self.name, self.visibility, self.resolution)
 
     def build(self, context: RenderContext) -> TechniquePass:
         return AdaptivePass(context, self)
@@ -156,13 +170,14 @@ class AdaptivePass(TechniquePass):
         self._samplings: dict[Lattice, AdaptiveSampling] = {}
         self._written: tuple[tuple[Light, ...], Geometry, int] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
+        self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
         self._denoise = None
-        if technique.denoise:
+        if self._rays.denoise:
             noise = 1.0 / (1 << technique.max_depth)  # a row of the lattice's cells
             self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise)
 
     def set_lights(self, lights: Sequence[Light]) -> None:
-        jitter = self._technique.jitter + self.refinements
+        jitter = self.refinements
         written = (tuple(lights), self._context.scene.geometry, jitter)
         if written == self._written:
             return
@@ -182,7 +197,7 @@ class AdaptivePass(TechniquePass):
             self._samplings[lattice].set_lights(group, jitter)
         self._turns = turns
         self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
-        if self._technique.visibility != "map":
+        if not isinstance(self._technique.visibility, Maps):
             self.bytes += tree_of(self._context.scene).bytes
         self.bytes += self._denoise.bytes if self._denoise is not None else 0
 
@@ -192,25 +207,24 @@ class AdaptivePass(TechniquePass):
         options = SamplingOptions(
             is_global=technique.refinement == "global",
             threshold=technique.threshold,
-            max_maps=technique.max_maps,
+            max_maps=lattice.rows * lattice.columns,
             comparison_step=round(1.0 / technique.comparison_scale),
             paper_weights=technique.weights == "paper",
             is_deferred=technique.evaluation == "deferred",
-            pcf=technique.pcf,
-            filters_cells=technique.filter == "cell",
-            bias_scale=technique.bias_scale,
-            visibility=technique.visibility,
-            offsets=technique.offsets,
+            pcf=technique.filter.texels if isinstance(technique.filter, PcfFilter) else 0,
+            filters_cells=isinstance(technique.filter, CellFilter),
+            visibility=technique.visibility.name,
+            offsets=self._rays.offsets,
         )
-        if technique.visibility == "ray":
-            plan, batches = plan_rays(lattice, technique.offsets)
+        if isinstance(technique.visibility, Rays):
+            plan, batches = plan_rays(lattice, technique.visibility.offsets)
         else:
             plan, batches = plan_batches(
                 context.gpu,
                 lattice,
                 size,
                 technique.resolution,
-                technique.memory_budget,
+                context.memory_budget,
                 holds_all=options.is_filtered,
             )
         return AdaptiveSampling(context, lattice, plan, batches, options, self._report)
@@ -229,7 +243,7 @@ class AdaptivePass(TechniquePass):
     def take_results(self, results: Mapping[str, np.ndarray]) -> None:
         maps, capped, low, high, refused, cut_short = (int(word) for word in results["report"])
         width, height = self._context.gbuffer.size
-        self.shadow_maps = 0 if self._technique.visibility == "ray" else maps
+        self.shadow_maps = 0 if isinstance(self._technique.visibility, Rays) else maps
         self.lookups_per_pixel = (low + (high << 32)) / (width * height)
         self.warnings = []
         if refused:

@@ -42,7 +42,7 @@ def plan_batches(
     if holds_all and tile * per_row > atlas_size:
         raise DeviceError(
             f"filtered adaptive sampling holds {samples} shadow maps of {tile}² at one time, more than the memory "
-            f"budget of {memory_budget} MiB. Lower max_depth or the resolution, or raise memory_budget."
+            f"budget of {memory_budget} MiB. Lower max_depth or the resolution, or raise the renderer's memory_budget."
         )
     at_one_time = (atlas_size // tile) ** 2
     batches = [-(-count // at_one_time) for count in counts]

@@ -63,7 +63,6 @@ class SamplingOptions:
     is_deferred: bool
     pcf: int
     filters_cells: bool
-    bias_scale: float
     visibility: str
     offsets: str
 
@@ -93,9 +92,7 @@ class AdaptiveSampling:
         is_bracketed &= not (options.paper_weights or options.is_deferred)
         self._has_brackets = options.visibility != "map" and is_bracketed
         self._has_probes = options.visibility == "ray" and not options.is_global
-        self._atlas = ShadowAtlas(
-            context.gpu, context.scene, context.gbuffer, plan, bias_scale=options.bias_scale, keeps_maps=True
-        )
+        self._atlas = ShadowAtlas(context.gpu, context.scene, context.gbuffer, plan, keeps_maps=True)
         self._tiles = tiles_of(context.gbuffer.size)
         mask_sets = 2 if options.visibility == "hybrid" else 1  # what is visible, and what maps are not certain about
         self.buffers = TreeBuffers(context.gpu, lattice, self._shape(), mask_sets)

@@ -26,7 +26,7 @@ from __future__ import annotations
 from typing import ClassVar
 
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
-from softshadows.techniques.common_options import bias_option, resolution_option
+from softshadows.techniques.common_options import resolution_option
 from softshadows.techniques.sampled import SampledPass, center_sample
 
 
@@ -37,7 +37,6 @@ class Hard(Technique):
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
 
     resolution: int | str = resolution_option(1024)
-    bias_scale: float = bias_option()
 
     def build(self, context: RenderContext) -> TechniquePass:
         return SampledPass(
@@ -47,5 +46,4 @@ class Hard(Technique):
             takes_center_only=True,
             resolution=self.resolution,
             lookups=float,
-            bias_scale=self.bias_scale,
         )

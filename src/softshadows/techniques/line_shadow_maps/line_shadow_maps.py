@@ -14,12 +14,12 @@ Section map
     [Heidrich2000 §4]      3×3 Laplacian of Gaussian                           -> skins.wgsl laplacian()
 
 Departures from the paper
-    `LineShadowMaps.preset("paper")` undoes the first four. Measured: docs/decisions/0013-line-shadow-maps.md.
+    The preset `paper` undoes the first four. Measured: docs/decisions/0013-line-shadow-maps.md.
     - `samples="auto"` (paper: two) draws both ends and the middle of the light, and inserts samples where what the
-      middle one sees contradicts its neighbours, up to `max_samples`.
-    - `seen_by_both="channels"`: a point that both ends see takes the sum of its channels. The paper's text assumes that
-      it sees all of the light, and so misses what hides only the middle; its own skins know better (O9 0.5 -> 0.003).
-    - `gaps="rows"`: a row of two neighbouring maps shows every gap between occluders that one of them sees, so that
+      middle one sees contradicts its neighbours, up to `samples.most`.
+    - A point that both ends see takes the sum of its channels. The paper's text assumes that it sees all of the light
+      (`between="ends"`), and so misses what hides only the middle; its own skins know better (O9 0.5 -> 0.003).
+    - `between="rows"`: a row of two neighbouring maps shows every gap between occluders that one of them sees, so that
       light which neither end sees is found there (O10 0.5 -> 0.005), in 32 parts of the segment.
     - `transition="rational"` evaluates equation 1 with the depth of the surface in every texel. The linear ramp is
       linear in the map: where floor and light are not parallel it deviates by (√r − 1)/(√r + 1), r the ratio of
@@ -27,7 +27,7 @@ Departures from the paper
     - With more than two samples, each one's rows lie a part of a row further on: an edge along the light, a step that
       all maps would put on one row, keeps its place (classroom_tube 0.051 -> 0.040).
     - Maps hold reciprocal depth, of which the Laplacian vanishes on planes at any slope. A discontinuity is where it
-      changes sign over a jump of at least `threshold` texels of the occluder's distance; the paper gives no threshold.
+      changes sign over a jump of at least a texel of the occluder's distance; the paper gives no threshold.
     - Of overlapping skins the least share counts; skins are drawn only into the map that looks behind their edge. In
       the other they would be hidden behind the occluder.
     - Visibility is the sum of the channels, without the illumination at each end: lighting multiplies it with
@@ -60,56 +60,50 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import SHADING_HELP, resolution_option
 from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, SoftMapOptions, SoftMaps
+from softshadows.techniques.options import Choice, choice, option, whole_number_or
+
+
+class AutoSamples(Choice):
+    """Both ends and the middle of the light, and more where what the maps show contradicts itself."""
+
+    name: ClassVar[str] = "auto"
+
+    most: int = option(default=9, help="the most samples to take", choices=(3, 5, 9, 17))
 
 
 class LineShadowMaps(Technique):
     """Soft shadows of line lights from shadow maps with visibility channels. The module's text is its manual.
 
-    `LineShadowMaps.preset("paper")` is the paper's: two samples, maps of 500 texels, linear transitions.
+    The preset `paper` is the paper's: two samples, maps of 500 texels, linear transitions.
     """
 
     name: ClassVar[str] = "line_shadow_maps"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
     presets: ClassVar[Presets] = {
-        "paper": {"samples": 2, "resolution": 500, "transition": "linear", "seen_by_both": "all", "gaps": "none"},
+        "paper": {"samples": 2, "resolution": 500, "transition": "linear", "between": "ends"},
     }
 
-    samples: int | str = option(
-        default="auto",
+    samples: int | AutoSamples = choice(
+        default=AutoSamples(),
+        converter=whole_number_or(AutoSamples, low=2, high=17),
         help="points on the light, evenly spaced; auto inserts them where the maps contradict each other",
-        low=2,
-        high=17,
-        or_word="auto",
-    )
-    max_samples: int = option(default=9, help="the most that auto may take", choices=(3, 5, 9, 17))
-    tolerance: float = option(
-        default=0.0001, help="share of pixels with contradictions that auto accepts", low=0.0, high=1.0
     )
     transition: str = option(
         default="rational",
         help="of visibility across a penumbra: the paper's linear one, or exact for the surface in each texel",
         choices=("rational", "linear"),
     )
-    seen_by_both: str = option(
-        default="channels",
-        help="what sees both ends of a segment sees what its channels say, or all of it, as the paper assumes",
-        choices=("channels", "all"),
-    )
-    gaps: str = option(
+    between: str = option(
         default="rows",
-        help="light that neither end of a segment sees: looked for along the maps' rows, or none, as in the paper",
-        choices=("rows", "none"),
+        help="what is known of a segment between its ends: what the channels and the maps' rows show, the channels "
+        "alone, or nothing: who sees both ends sees all of it, as the paper assumes",
+        choices=("rows", "channels", "ends"),
     )
-    shading: str = shading_option()
-    threshold: float = option(
-        default=1.0, help="the least depth of a discontinuity, in texels of its distance", low=0.1, high=1000.0
-    )
+    shading: str = option(default="whole", help=SHADING_HELP, choices=("whole", "ends"))
     resolution: int | str = resolution_option("auto")
-    bias_scale: float = bias_option()
-    memory_budget: int = budget_option("the maps and their channels")
 
     def build(self, context: RenderContext) -> TechniquePass:
         return LineShadowMapsPass(context, self)
@@ -146,21 +140,17 @@ class LineShadowMapsPass(TechniquePass):
         self.bytes = sum(maps.bytes for maps in self._soft_maps.values())
 
     def _new_maps(self, has_length: bool) -> SoftMaps:
-        technique = self._technique
-        is_auto = has_length and technique.samples == "auto"
-        samples = technique.max_samples if technique.samples == "auto" else int(technique.samples)
+        technique, samples = self._technique, self._technique.samples
+        is_auto = has_length and isinstance(samples, AutoSamples)
+        count = samples.most if isinstance(samples, AutoSamples) else samples
         options = SoftMapOptions(
-            samples=samples if has_length else 1,
+            samples=count if has_length else 1,
             is_auto=is_auto,
-            tolerance=technique.tolerance,
             is_rational=technique.transition == "rational",
-            both_ends_see_all=technique.seen_by_both == "all",
-            looks_for_gaps=technique.gaps == "rows",
+            both_ends_see_all=technique.between == "ends",
+            looks_for_gaps=technique.between == "rows",
             by_ends=technique.shading == "ends",
-            threshold_texels=technique.threshold,
             resolution=technique.resolution,
-            bias_scale=technique.bias_scale,
-            memory_budget=technique.memory_budget,
         )
         return SoftMaps(self._context, options, self._report)
 
@@ -179,6 +169,5 @@ class LineShadowMapsPass(TechniquePass):
         self.warnings = []
         if dropped:
             self.warnings.append(
-                f"line_shadow_maps: {dropped} of {self.skins} skins were left out. Lower the resolution, or raise "
-                "the threshold."
+                f"line_shadow_maps: {dropped} of {self.skins} skins were left out. Lower the resolution."
             )

@@ -32,6 +32,10 @@ TEXELS_PER_SKIN = 32
 """Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128."""
 TESTED_PIXELS = 32
 """Along the side of a workgroup of the test."""
+TOLERANCE = 1e-4
+"""The share of pixels with contradictions that auto accepts. Measured: docs/decisions/0013-line-shadow-maps.md."""
+THRESHOLD_TEXELS = 1.0
+"""The least depth of a discontinuity, in texels of its distance."""
 CLEAR_OFFSET, DRAW_OFFSET, DRAW_BYTES = 0, 16, 32
 _QUADS = {"topology": "triangle-list"}
 _LEAST = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
@@ -71,15 +75,11 @@ class SoftMapOptions:
 
     samples: int
     is_auto: bool
-    tolerance: float
     is_rational: bool
     both_ends_see_all: bool
     looks_for_gaps: bool
     by_ends: bool
-    threshold_texels: float
     resolution: int | str
-    bias_scale: float
-    memory_budget: int
 
 
 class SoftMaps:
@@ -96,11 +96,11 @@ class SoftMaps:
             gbuffer.size,
             options.samples,
             options.resolution,
-            options.memory_budget,
+            context.memory_budget,
             stages=self._stages,
             bytes_per_texel=BYTES_PER_TEXEL,
         )
-        self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan, bias_scale=options.bias_scale)
+        self.maps = LineMaps(gpu, context.scene, gbuffer, self.plan)
         self._make_buffers()
         self._make_programs()
 
@@ -142,7 +142,7 @@ class SoftMaps:
             "contradictions": self._contradictions,
             "requests": self.maps.requests,
         }
-        constants = {"knows_rows": options.looks_for_gaps, "tolerance": options.tolerance}
+        constants = {"knows_rows": options.looks_for_gaps, "tolerance": TOLERANCE}
         self._begin = program("choose", "cs_begin", choice, **constants)
         test, choose = (program("choose", entry, choice, **constants) for entry in ("cs_test", "cs_choose"))
         self._tests = [(test, test.bind(halving=halving)) for halving in self._halvings]
@@ -158,7 +158,7 @@ class SoftMaps:
             "report": self._report,
             "nearest_in_row": self._nearest,
         }
-        constants = {"capacity": self._capacity, "threshold_texels": options.threshold_texels}
+        constants = {"capacity": self._capacity, "threshold_texels": THRESHOLD_TEXELS}
         self._prepare, self._find, self._finish = (
             program("skins", entry, found, **constants) for entry in ("cs_prepare", "cs_find", "cs_finish")
         )

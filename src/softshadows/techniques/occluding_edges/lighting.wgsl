@@ -13,14 +13,10 @@
 @group(3) @binding(2) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(3) var<storage, read> influence: array<vec2f>;  // f at even places along a segment, its integral up to there
 
-override penumbra: u32;              // how fragments are found to lie in one: BY_TEXTURE as in the paper, BY_SIGHT, BY_SEARCH
+override is_searched: bool;          // for what hides the light, or by the edge at the fragment's texel, as in the paper
 override edge_rows: u32;             // that are interpolated: 1 for none, 2 as in the paper, 4
 
 const SEEN_TEXELS = 2.0;  // by how much two maps may differ on one surface, as disparity
-
-const BY_TEXTURE = 0u;
-const BY_SIGHT = 1u;
-const BY_SEARCH = 2u;
 
 // What is lit of a segment from one of its ends, up to the first edge. `found`: there is an edge.
 struct Part {
@@ -145,26 +141,20 @@ fn part_from(look: Look, side: u32, is_alone: bool) -> Part {
 }
 
 // [Reimann2016 §3.4 substep 4.4] Merging, which the paper leaves open: lit up to one edge from one end and up to another from the
-// other. What a fragment sees that both ends see is what either edge leaves: between them something hides the middle. What it
-// sees that neither end does is what both leave.
+// other. What a fragment sees that neither end does is what both leave.
 fn merged_influence(first_is_lit: bool, second_is_lit: bool, shares: vec2f) -> vec2f {
-    if first_is_lit && second_is_lit {
-        return influence_between(0.0, 1.0) - influence_between(shares.x, 1.0 - shares.y);
-    }
     let low = select(1.0 - shares.y, 0.0, first_is_lit);
     let high = select(shares.x, 1.0, second_is_lit);
     return influence_between(low, high);
 }
 
-// [Reimann2016 §3.4 substep 4.1] What lies at a penumbra's texel is in that penumbra: with `BY_TEXTURE` seen or not, as long as
-// only one sample sees it; with `BY_SIGHT` only if it is seen. The two ends take their turns in a loop, which a fragment
-// that has no use for them skips.
+// [Reimann2016 §3.4 substep 4.1] What lies at a penumbra's texel is in that penumbra, seen or not, unless both samples see it.
+// The two ends take their turns in a loop, which a fragment that has no use for them skips.
 fn edge_influence(first: Look, second: Look) -> vec2f {
     let seen = u32(first.lit) + u32(second.lit);
-    let is_looked_up = select(seen > 0u, seen < 2u, penumbra == BY_TEXTURE);
     var shares = vec2f(1.0);
     var is_found = false;
-    for (var side = select(2u, AFTER, is_looked_up); side <= BEFORE; side++) {
+    for (var side = select(2u, AFTER, seen < 2u); side <= BEFORE; side++) {
         var look = first;
         var other = second;
         if side == BEFORE {
@@ -186,7 +176,7 @@ fn segment_influence(first: Look, second: Look) -> vec2f {
     if !first.rectified || !second.rectified || light.half_width == 0.0 {
         return influence_between(select(0.5, 0.0, first.lit), select(0.5, 1.0, second.lit));  // each end its half
     }
-    if penumbra == BY_SEARCH {
+    if is_searched {
         return searched_influence(first, second);
     }
     return edge_influence(first, second);

@@ -17,24 +17,22 @@ Section map
 Departures from the paper
     - `penumbra="searched"` is the default: the edges only tell where to look, and everything along the row of the map
       that lies between the fragment and the light is gathered, from both ends. `penumbra="texture"` is the paper's: one
-      edge for each texel, for every fragment that falls on it. `penumbra="seen"` keeps the one edge, but only for
-      fragments that the sample sees: no light behind receivers. Measured: docs/decisions/0011-occluding-edges.md.
+      edge for each texel, for every fragment that falls on it. Measured: docs/decisions/0011-occluding-edges.md.
     - `samples` points of the light, 5 by default; neighbours share their maps. The paper has two.
     - Maps are rectified: both see a plane through the light as the same row, so that the corresponding pixel is a
       disparity, and there is no metadata map. The tilt comes from the order of texels on one surface.
     - The outreach is a prefix minimum over each row in place of the paper's scatter, its bottleneck. Where several
       edges reach a texel, which the paper leaves open, the outermost in the other map's order is taken.
     - With `penumbra="texture"` a fragment that both ends see is lit, also where its texel lies in a penumbra. Two edges
-      leave what both leave (substep 4.4, which the paper leaves open), or, with "seen", what either leaves where both
-      ends see the fragment.
+      leave what both leave (substep 4.4, which the paper leaves open).
     - Shares are interpolated between the rows, not positions: the same along one edge, and bounded between two.
-      `rows=4` smooths them by a cubic B-spline; the paper has `rows=2`. A search interpolates over the
+      `penumbra.rows=4` smooths them by a cubic B-spline; the paper has 2. A search interpolates over the
       segments, whose maps differ by parts of a row.
     - An edge beside a jump in depth lies between the two texels, not in the nearer one's middle.
     - `shading="whole"`: the frame is lit by the whole light's unshadowed radiance times the visible share.
       `shading="ends"` weighs the visible parts by the illumination at both ends of their segment, as the paper does,
-      over the same sum for the whole segment. `influence` is the paper's function f, which it leaves linear: a table of
-      it at even places along a segment, what it gives the far end of what is visible there.
+      over the same sum for the whole segment. `shading.influence` is the paper's function f, which it leaves linear: a
+      table of it at even places along a segment, what it gives the far end of what is visible there.
 
 Use when
     the light is a line: for the accuracy of five maps here, `uniform` needs from 13 (shot `classroom_tube`) to more
@@ -52,6 +50,7 @@ Cost
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import ClassVar
 
@@ -62,15 +61,14 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.program import Program, Resource
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass, numbers_of, option
-from softshadows.techniques.common_options import bias_option, budget_option, resolution_option, shading_option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import SHADING_HELP, WholeLight, resolution_option
+from softshadows.techniques.options import Choice, choice, one_of, option
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
 _FOLDER = "techniques/occluding_edges"
 CELLS = 64
 """Of a row: stretches that one lane walks (edge_map.wgsl)."""
-PENUMBRAE = ("texture", "seen", "searched")
-"""In the order of lighting.wgsl's numbers."""
 BYTES_PER_TEXEL = 4 + 4
 """Of the depth maps and of the edge map."""
 NEAREST_OCCLUDER = 0.5
@@ -79,16 +77,46 @@ LOOKUPS = 3
 """Per sample: the hard test, and the edge map on both sides."""
 
 
+class Searched(Choice):
+    """What hides the light, by all that the maps know; edges only tell where to look."""
+
+    name: ClassVar[str] = "searched"
+
+
+class Texture(Choice):
+    """The one edge at the fragment's texel, as in the paper."""
+
+    name: ClassVar[str] = "texture"
+
+    rows: int = option(
+        default=4, help="rows of the maps that an edge is interpolated over; 2 is the paper's", choices=(1, 2, 4)
+    )
+
+
+class Ends(Choice):
+    """Visible parts are weighed by the illumination at the ends of their segment, as in the paper."""
+
+    name: ClassVar[str] = "ends"
+
+    influence: tuple[float, ...] = option(
+        default=(0.0, 1.0),
+        help="of a segment's far end on what lies between its ends: a table from end to end",
+        low=0.0,
+        high=1.0,
+        entries=(2, math.inf),
+    )
+
+
 class OccludingEdges(Technique):
     """Line lights by the edges that cut off a fragment's view of them. The module's text is its manual.
 
-    `OccludingEdges.preset("paper")` is the paper's own version.
+    The preset `paper` is the paper's own version.
     """
 
     name: ClassVar[str] = "occluding_edges"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"line"})
     presets: ClassVar[Presets] = {
-        "paper": {"samples": 2, "penumbra": "texture", "rows": 2, "resolution": 800},
+        "paper": {"samples": 2, "penumbra": "texture", "penumbra.rows": 2, "resolution": 800},
     }
 
     samples: int = option(default=5, help="points of the light that get a map; 2 is the paper's", low=2, high=32)
@@ -97,24 +125,13 @@ class OccludingEdges(Technique):
         help="find edges where a surface turns away, where the order of texels breaks, or both",
         choices=("both", "order", "tilt"),
     )
-    penumbra: str = option(
-        default="searched",
-        help="what hides the light, by all that the maps know; by the edge, where a sample sees the fragment; "
-        "by the edge at its texel, seen or not: the paper's",
-        choices=PENUMBRAE,
+    penumbra: Searched | Texture = choice(
+        default=Searched(),
+        converter=one_of(Searched, Texture),
+        help="what hides the light: what a search of the maps finds, or the paper's one edge for each texel",
     )
-    rows: int = option(default=4, help="rows of the maps that an edge is interpolated over", choices=(1, 2, 4))
-    shading: str = shading_option()
-    influence: str = option(
-        default="0 1",
-        help="of a segment's far end on what lies between its ends, with shading ends: a table from end to end",
-        low=0.0,
-        high=1.0,
-        is_table=True,
-    )
+    shading: WholeLight | Ends = choice(default=WholeLight(), converter=one_of(WholeLight, Ends), help=SHADING_HELP)
     resolution: int | str = resolution_option("auto")
-    bias_scale: float = bias_option()
-    memory_budget: int = budget_option("the maps and their edges")
 
     def build(self, context: RenderContext) -> TechniquePass:
         return OccludingEdgesPass(context, self)
@@ -127,19 +144,20 @@ class OccludingEdgesPass(TechniquePass):
         super().__init__()
         gpu, gbuffer = context.gpu, context.gbuffer
         self._context, self._technique = context, technique
+        self._ends = technique.shading if isinstance(technique.shading, Ends) else Ends()
         plan = plan_line_maps(
             gpu,
             gbuffer.size,
             technique.samples,
             technique.resolution,
-            technique.memory_budget,
+            context.memory_budget,
             bytes_per_texel=BYTES_PER_TEXEL,
         )
         reach = 2.0 * (1.0 / NEAREST_OCCLUDER - 1.0) / (technique.samples - 1)
-        self.maps = LineMaps(gpu, context.scene, gbuffer, plan, bias_scale=technique.bias_scale, reach=reach)
+        self.maps = LineMaps(gpu, context.scene, gbuffer, plan, reach=reach)
         usage = wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
         self.edge_map = gpu.texture((plan.atlas_size, plan.atlas_size), "r32uint", usage, "the edge map")
-        influence = _with_integral(technique.influence)
+        influence = _with_integral(self._ends.influence)
         self._influence = gpu.storage_buffer(influence.nbytes, "the influence of a segment's end")
         gpu.write(self._influence, 0, influence, what="constant")
         self._dispatch = gpu.buffer(16, wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT, "the rows' dispatch")
@@ -152,6 +170,7 @@ class OccludingEdgesPass(TechniquePass):
 
     def _make_programs(self) -> None:
         technique, context = self._technique, self._context
+        texture = technique.penumbra if isinstance(technique.penumbra, Texture) else Texture()
 
         def program(name: str, resources: dict[str, Resource], **constants: float) -> Program:
             looks = self.maps.resources
@@ -166,9 +185,9 @@ class OccludingEdgesPass(TechniquePass):
         self._lighting = program(
             "lighting",
             {**context.gbuffer.resources, **edges, "visibility": context.visibility, "influence": self._influence},
-            by_ends=technique.shading == "ends",
-            penumbra=PENUMBRAE.index(technique.penumbra),
-            edge_rows=technique.rows,
+            by_ends=isinstance(technique.shading, Ends),
+            is_searched=isinstance(technique.penumbra, Searched),
+            edge_rows=texture.rows,
         )
 
     def set_lights(self, lights: Sequence[Light]) -> None:
@@ -196,8 +215,8 @@ class OccludingEdgesPass(TechniquePass):
             commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
 
 
-def _with_integral(table: str) -> np.ndarray:
+def _with_integral(table: Sequence[float]) -> np.ndarray:
     """(n, 2) float32: a table's numbers, of a function on [0, 1], and its integral up to each of their places."""
-    values = np.array(numbers_of(table))
+    values = np.array(table)
     steps = 0.5 * (values[1:] + values[:-1]) / (len(values) - 1)
     return np.stack([values, np.concatenate([[0.0], np.cumsum(steps)])], axis=-1).astype(np.float32)

@@ -24,8 +24,9 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.common_options import bias_option, resolution_option
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.options import option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
 
@@ -40,7 +41,6 @@ class Pcf(Technique):
     spread: float = option(default=1.0, help="texels between taps", low=0.0, high=64.0)
     pattern: str = option(default="grid", help="a square grid, or as many taps in a Poisson disk", choices=PATTERNS)
     resolution: int | str = resolution_option(1024)
-    bias_scale: float = bias_option()
 
     def build(self, context: RenderContext) -> TechniquePass:
         count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0
@@ -53,6 +53,5 @@ class Pcf(Technique):
             lookups=lambda _: float(count),
             constants={"tap_count": count, "half_kernel_texels": half_kernel},
             resources={"taps": upload_taps(context.gpu, taps(self.pattern, count))},
-            bias_scale=self.bias_scale,
             margin_texels=int(half_kernel) + 2,
         )

@@ -31,15 +31,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.common_options import bias_option, resolution_option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.options import option
 from softshadows.techniques.sampled import SampledPass, center_sample
-from softshadows.techniques.taps import PATTERNS, sequence, taps, upload_taps
+from softshadows.techniques.taps import sequence, taps, upload_taps
 from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
-
-_PRESETS = {"64/64": (64, 64), "32/64": (32, 64), "16/24": (16, 24)}
 
 SEARCH_MARGIN = 1.0
 """Half lights by which the map reaches beyond the receivers in view: enough for blockers at half their distance."""
@@ -48,25 +46,20 @@ SEARCH_MARGIN = 1.0
 class Pcss(Technique):
     """Percentage-closer soft shadows: a search for blockers sets how wide each shadow edge is filtered.
 
-    `Pcss.preset("16/24")` gives the usual blocker/filter tap counts: 64/64 (the default), 32/64, 16/24.
+    The presets are the usual numbers of taps of the two.
     """
 
     name: ClassVar[str] = "pcss"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect", "disk", "line"})
+    presets: ClassVar[Presets] = {
+        "64/64": {},
+        "32/64": {"blocker_samples": 32},
+        "16/24": {"blocker_samples": 16, "filter_samples": 24},
+    }
 
     blocker_samples: int = option(default=64, help="taps of the blocker search", low=1, high=1024)
     filter_samples: int = option(default=64, help="taps of the filter", low=1, high=1024)
-    pattern: str = option(default="grid", help="a grid with the light's shape, or a Poisson disk", choices=PATTERNS)
     resolution: int | str = resolution_option(1024)
-    bias_scale: float = bias_option()
-
-    @classmethod
-    def preset(cls, name: str) -> Pcss:
-        """One of the usual tap counts. Raises OptionError for an unknown name."""
-        if name not in _PRESETS:
-            raise OptionError(f"pcss has no preset {name!r}; choose one of {', '.join(_PRESETS)}")
-        blocker_samples, filter_samples = _PRESETS[name]
-        return cls(blocker_samples=blocker_samples, filter_samples=filter_samples)
 
     def build(self, context: RenderContext) -> TechniquePass:
         return _PcssPass(context, self)
@@ -74,7 +67,7 @@ class Pcss(Technique):
 
 class _PcssPass(SampledPass):
     def __init__(self, context: RenderContext, technique: Pcss) -> None:
-        patterns = [sequence(technique.blocker_samples), taps(technique.pattern, technique.filter_samples)]
+        patterns = [sequence(technique.blocker_samples), taps("grid", technique.filter_samples)]
         self._nearest = context.gpu.storage_buffer(16, "the nearest occluder")
         super().__init__(
             context,
@@ -84,7 +77,6 @@ class _PcssPass(SampledPass):
             lookups=lambda _: float(technique.blocker_samples + technique.filter_samples),
             constants={"blocker_taps": technique.blocker_samples, "filter_taps": technique.filter_samples},
             resources={"taps": upload_taps(context.gpu, *patterns), "nearest_bits": self._nearest},
-            bias_scale=technique.bias_scale,
             search_margin=SEARCH_MARGIN,
         )
 

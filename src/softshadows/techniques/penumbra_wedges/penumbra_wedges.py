@@ -64,11 +64,43 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from softshadows.techniques.base import RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
+from softshadows.techniques.options import Choice, choice, one_of, option
 from softshadows.techniques.penumbra_wedges.wedge_pass import WedgePass
 
-_BLENDINGS = {"additive": 0, "probabilistic": 1, "overlap": 2}
-"""By name: the constant in wedges.wgsl."""
+
+class Additive(Choice):
+    """Shares added up: standard wedges."""
+
+    name: ClassVar[str] = "additive"
+
+
+class Probabilistic(Choice):
+    """Shares taken as independent of each other."""
+
+    name: ClassVar[str] = "probabilistic"
+
+
+class Overlap(Choice):
+    """Shares blended by how the rectangles around them overlap: the paper's."""
+
+    name: ClassVar[str] = "overlap"
+
+    rect: str = option(
+        default="exact",
+        help="the rectangle around an occluded region: exact, or the paper's",
+        choices=("exact", "paper"),
+    )
+    quantise: bool = option(default=False, help="keep numbers in the paper's 8 bits", choices=(False, True))
+    centre_of_gravity: bool = option(
+        default=False, help="know where in its rectangle a region lies", choices=(False, True)
+    )
+
+
+class Union(Choice):
+    """Layers counted over 256 points of the light: any occluders unite exactly."""
+
+    name: ClassVar[str] = "union"
 
 
 class PenumbraWedges(Technique):
@@ -76,29 +108,22 @@ class PenumbraWedges(Technique):
 
     name: ClassVar[str] = "penumbra_wedges"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect"})
+    presets: ClassVar[Presets] = {"paper": {"blending.rect": "paper", "blending.quantise": True}}
 
-    blending: str = option(
-        default="overlap",
+    blending: Additive | Probabilistic | Overlap | Union = choice(
+        default=Overlap(),
+        converter=one_of(Additive, Probabilistic, Overlap, Union),
         help="how silhouettes are combined: added, as independent, by the paper's overlap, or as a union of points",
-        choices=(*_BLENDINGS, "union"),
-    )
-    rect: str = option(
-        default="exact",
-        help="the rectangle that overlap puts around an occluded region: exact, or the paper's",
-        choices=("exact", "paper"),
-    )
-    quantise: bool = option(default=False, help="keep overlap's numbers in the paper's 8 bits", choices=(False, True))
-    centre_of_gravity: bool = option(
-        default=False, help="let overlap know where in its rectangle a region lies", choices=(False, True)
     )
 
     def build(self, context: RenderContext) -> TechniquePass:
-        if self.blending == "union":
+        if isinstance(self.blending, Union):
             return WedgePass(context, None)
+        overlap = self.blending if isinstance(self.blending, Overlap) else Overlap()
         constants = {
-            "blending": _BLENDINGS[self.blending],
-            "exact_rectangles": self.rect == "exact",
-            "eight_bits": self.quantise,
-            "uses_gravity": self.centre_of_gravity,
+            "blending": (Additive, Probabilistic, Overlap).index(type(self.blending)),  # as wedges.wgsl numbers them
+            "exact_rectangles": overlap.rect == "exact",
+            "eight_bits": overlap.quantise,
+            "uses_gravity": overlap.centre_of_gravity,
         }
         return WedgePass(context, constants)

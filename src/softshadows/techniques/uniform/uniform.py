@@ -40,34 +40,35 @@ import numpy as np
 
 from softshadows.lights.jitter import moved, placed, places_of
 from softshadows.scene.lights import Light
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import (
-    bias_option,
-    budget_option,
-    denoise_option,
-    offsets_option,
+    VISIBILITIES,
+    VISIBILITY_HELP,
+    Hybrid,
+    Maps,
+    Rays,
+    check_resolution,
     resolution_option,
-    visibility_option,
 )
+from softshadows.techniques.options import choice, option
 from softshadows.techniques.sampled import SampledPass, Samples
-from softshadows.techniques.traced import TracedPass, check_ray_options
+from softshadows.techniques.traced import TracedPass
 
+WEIGHTS = ("trapezoid", "equal", "midpoint")
 NOISE_COLUMNS = 1.5
 """How far visibility may be off: an edge along a side of the light meets a column of samples at once. Measured:
 docs/decisions/0017-rays.md."""
 
 
-def grid_samples(
-    light: Light, grid: int, weights: str, layout: str, shift: tuple[float, float] = (0.0, 0.0)
-) -> Samples:
+def grid_samples(light: Light, grid: int, weights: str, shift: tuple[float, float] = (0.0, 0.0)) -> Samples:
     """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
 
-    `layout` corners puts the outer points on the light's border, centres into the middle of grid×grid cells. `weights`
-    trapezoid gives border points half and corner points a quarter of an inner one's weight (corners only). A line has
-    `grid` points; a light without size, one. They are moved by `shift` steps of the grid.
+    The outer points lie on the light's border, and with `weights` trapezoid count half, in the corners a quarter;
+    midpoint puts points into the middle of grid×grid cells. A line has `grid` points; a light without size, one. They
+    are moved by `shift` steps of the grid.
     """
     a, b = light.half_extent
-    if layout == "corners" and grid > 1:
+    if weights != "midpoint" and grid > 1:
         steps = np.linspace(-1.0, 1.0, grid)
         ramp = np.ones(grid)
         if weights == "trapezoid":
@@ -96,43 +97,37 @@ class Uniform(Technique):
 
     grid: int = option(default=17, help="light samples along each side of the light", low=1, high=64)
     weights: str = option(
-        default="trapezoid", help="how samples are weighted; equal is the paper's", choices=("trapezoid", "equal")
+        default="trapezoid",
+        help="how samples are weighted: by the trapezoid rule on a grid that touches the light's border; equally on "
+        "that grid, as in the paper; equally in the middle of grid×grid cells",
+        choices=WEIGHTS,
     )
-    layout: str = option(
-        default="corners",
-        help="samples on the light's border, or in the middle of cells",
-        choices=("corners", "centres"),
-    )
-    visibility: str = visibility_option()
-    offsets: str = offsets_option()
-    denoise: bool = denoise_option()
+    visibility: Maps | Rays | Hybrid = choice(default=Maps(), converter=VISIBILITIES, help=VISIBILITY_HELP)
     resolution: int | str = resolution_option("auto")
-    bias_scale: float = bias_option()
-    memory_budget: int = budget_option("the maps drawn at one time")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        check_ray_options(self.name, self.visibility, self.offsets, denoise=self.denoise)
+        check_resolution(self.name, self.visibility, self.resolution)
 
     def build(self, context: RenderContext) -> TechniquePass:
+        rays = self.visibility if isinstance(self.visibility, Rays) else Rays()
+
         def samples_of(light: Light, jitter: int) -> Samples:
             def points_at(shift: tuple[float, float]) -> np.ndarray:
-                return grid_samples(light, self.grid, self.weights, self.layout, shift)[0]
+                return grid_samples(light, self.grid, self.weights, shift)[0]
 
-            weights = grid_samples(light, self.grid, self.weights, self.layout)[1]
-            return placed(points_at, jitter, self.offsets), weights
+            weights = grid_samples(light, self.grid, self.weights)[1]
+            return placed(points_at, jitter, rays.offsets), weights
 
-        if self.visibility != "map":
+        if not isinstance(self.visibility, Maps):
             return TracedPass(
                 context,
                 "techniques/uniform/trace.wgsl",
                 samples_of=samples_of,
                 resolution=self.resolution,
-                bias_scale=self.bias_scale,
-                memory_budget=self.memory_budget,
-                uses_maps=self.visibility == "hybrid",
-                places=places_of(self.offsets),
-                noise=min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if self.denoise else None,
+                uses_maps=isinstance(self.visibility, Hybrid),
+                places=places_of(rays.offsets),
+                noise=min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if rays.denoise else None,
             )
         return SampledPass(
             context,
@@ -140,7 +135,5 @@ class Uniform(Technique):
             samples_of=samples_of,
             resolution=self.resolution,
             lookups=float,
-            bias_scale=self.bias_scale,
-            memory_budget=self.memory_budget,
             keeps_maps=True,
         )

@@ -10,7 +10,6 @@
 override blue_edge: f32;   // of the map's depth
 override green_edge: f32;
 override red_edge: f32;
-override edge_scale: f32;
 override blue_level: u32;  // of the mip chain
 override green_level: u32;
 override red_level: u32;
@@ -43,7 +42,7 @@ fn edge_strength(texel: vec2u) -> f32 {
         }
     }
     let extent = max(axis_depth(farthest) - axis_depth(nearest_closeness()), 1e-20);
-    return edge_scale * sum / (straight_edge_neighbours() * extent);
+    return sum / (straight_edge_neighbours() * extent);
 }
 
 // [Evans2014 §4.4] The band of an edge, as a bit; 0 for none.

@@ -55,9 +55,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
-from softshadows.techniques.taps import PATTERNS, taps, upload_taps
+from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.options import Choice, choice, one_of, option
+from softshadows.techniques.taps import taps, upload_taps
 from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
 from softshadows.visibility.maps.plan import plan_atlas
 
@@ -69,54 +70,70 @@ SEARCH_MARGIN = 1.0
 """Half lights by which the map reaches beyond the receivers in view: enough for edges at half their distance."""
 
 
-def mip_level(kernel: int, pattern: str) -> int:
+def mip_level(kernel: int) -> int:
     """The level of the mip chain whose dilation reaches every pixel that a tap of the kernel can tell from its centre.
 
-    A tap of a grid lies up to (kernel − 1) / 2 texels from a point anywhere in its texel, one of a Poisson disk up to
-    kernel / 2; level l reaches 2^(l − 1) texels.
+    A tap of a Poisson disk lies up to kernel / 2 texels from a point anywhere in its texel; level l reaches 2^(l − 1).
     """
-    reach = kernel // 2 if pattern == "grid" else (kernel + 1) // 2
-    return 1 + max(reach - 1, 0).bit_length()
+    return 1 + max((kernel + 1) // 2 - 1, 0).bit_length()
+
+
+class Bands(Choice):
+    """A kernel for each of three bands of edge strength: the paper's quantised mask."""
+
+    name: ClassVar[str] = "bands"
+
+    sizes: tuple[int, ...] = option(
+        default=(3, 5, 7),
+        help="taps along the kernel's side in the weakest, the middle and the strongest band",
+        low=1,
+        high=32,
+        entries=(3, 3),
+    )
+    edges: tuple[float, ...] = option(
+        default=(0.2, 0.5, 0.8), help="edge strengths above which the bands begin", low=0.0, high=1000.0, entries=(3, 3)
+    )
+
+
+class Fixed(Choice):
+    """One kernel along every edge: the paper's fixed mask."""
+
+    name: ClassVar[str] = "fixed"
+
+    size: int = option(default=4, help="taps along the kernel's side", low=1, high=32)
+
+
+class FromLight(Choice):
+    """Kernels as wide as the penumbra that follows from the light's size and the depths."""
+
+    name: ClassVar[str] = "from_light"
+
+    taps: int = option(default=49, help="taps of a kernel", low=1, high=1024)
 
 
 class VariablePenumbra(Technique):
     """A shadow map filtered along its edges, wider where the occluder is farther from what lies behind it.
 
-    `VariablePenumbra.preset("2/3/5")` gives the paper's versions: 4x4 and 7x7 with a fixed mask, 2/3/5 and 3/5/7 (the
-    default) with a quantised one.
+    The presets are the paper's versions: 4x4 and 7x7 with a fixed mask, 2/3/5 and 3/5/7 (the default) with a quantised
+    one; `paper` is 3/5/7 with occluders that only cast.
     """
 
     name: ClassVar[str] = "variable_penumbra"
     light_kinds: ClassVar[frozenset[str]] = ALL_LIGHTS
     presets: ClassVar[Presets] = {
-        "4x4": {"mask": "fixed", "kernel": 4},
-        "7x7": {"mask": "fixed", "kernel": 7},
-        "2/3/5": {"blue_kernel": 2, "green_kernel": 3, "red_kernel": 5},
+        "paper": {"self_shadowing": False},
+        "4x4": {"kernels": "fixed", "kernels.size": 4},
+        "7x7": {"kernels": "fixed", "kernels.size": 7},
+        "2/3/5": {"kernels.sizes": (2, 3, 5)},
         "3/5/7": {},
     }
 
-    kernels: str = option(
-        default="bands",
-        help="filter widths by bands of edge strength, or from the light's size and the depths",
-        choices=("bands", "from_light"),
+    kernels: Bands | Fixed | FromLight = choice(
+        default=Bands(),
+        converter=one_of(Bands, Fixed, FromLight),
+        help="filter widths by bands of edge strength, one for all edges, or from the light's size and the depths",
     )
-    mask: str = option(
-        default="quantised", help="three bands, or one kernel along every edge", choices=("quantised", "fixed")
-    )
-    kernel: int = option(default=4, help="taps along the kernel's side with a fixed mask", low=1, high=32)
-    blue_kernel: int = option(default=3, help="taps along the kernel's side in the weakest band", low=1, high=32)
-    green_kernel: int = option(default=5, help="taps along the kernel's side in the middle band", low=1, high=32)
-    red_kernel: int = option(
-        default=7, help="taps along the kernel's side in the strongest band, and from the light", low=1, high=32
-    )
-    blue_edge: float = option(default=0.2, help="edge strength above which the blue band begins", low=0.0, high=10.0)
-    green_edge: float = option(default=0.5, help="edge strength above which the green band begins", low=0.0, high=10.0)
-    red_edge: float = option(default=0.8, help="edge strength above which the red band begins", low=0.0, high=10.0)
     edge_filter: int = option(default=4, help="neighbours that the edge filter compares a texel with", choices=(4, 8))
-    edge_scale: float = option(default=1.0, help="factor on the edge strength", low=0.0, high=1000.0)
-    pattern: str = option(
-        default="poisson", help="taps of a band in a Poisson disk, or a square grid", choices=PATTERNS
-    )
     self_shadowing: bool = option(
         default=True, help="whether closed solids receive shadows, or only cast them", choices=(True, False)
     )
@@ -126,17 +143,17 @@ class VariablePenumbra(Technique):
     resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, 1, self.resolution, DEFAULT_MEMORY_BUDGET)
-        build = self._build_from_light if self.kernels == "from_light" else self._build_bands
-        return build(context, plan.atlas_size)
+        plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, 1, self.resolution, context.memory_budget)
+        if isinstance(self.kernels, FromLight):
+            return self._build_from_light(context, plan.atlas_size, self.kernels.taps)
+        return self._build_bands(context, plan.atlas_size, self.kernels)
 
-    def _build_bands(self, context: RenderContext, atlas_size: int) -> TechniquePass:
-        is_fixed = self.mask == "fixed"
-        kernels = [self.kernel] * 3 if is_fixed else [self.blue_kernel, self.green_kernel, self.red_kernel]
-        edges = [EDGE_NOISE] * 3 if is_fixed else [self.blue_edge, self.green_edge, self.red_edge]
-        levels = [mip_level(kernel, self.pattern) for kernel in kernels]
+    def _build_bands(self, context: RenderContext, atlas_size: int, chosen: Bands | Fixed) -> TechniquePass:
+        kernels = chosen.sizes if isinstance(chosen, Bands) else (chosen.size,) * 3
+        edges = chosen.edges if isinstance(chosen, Bands) else (EDGE_NOISE,) * 3
+        levels = [mip_level(kernel) for kernel in kernels]
         cell_bits = min(levels) - 1
-        constants = {"edge_scale": self.edge_scale, "cell_bits": cell_bits}
+        constants: dict[str, float] = {"cell_bits": cell_bits}
         for band, kernel, edge, level in zip(("blue", "green", "red"), kernels, edges, levels, strict=True):
             constants |= {f"{band}_kernel": kernel, f"{band}_edge": edge, f"{band}_level": level}
         return MaskedPass(
@@ -145,7 +162,7 @@ class VariablePenumbra(Technique):
             resolution=self.resolution,
             largest_lookups=max(kernels) ** 2,
             constants=constants | self._edge_constants,
-            taps=upload_taps(context.gpu, *(taps(self.pattern, kernel**2) for kernel in kernels)),
+            taps=upload_taps(context.gpu, *(taps("poisson", kernel**2) for kernel in kernels)),
             layers=self.layers,
             mask_bytes=4 * (((atlas_size - 1) >> cell_bits) + 1) ** 2,
             mask_reads=1,
@@ -154,8 +171,7 @@ class VariablePenumbra(Technique):
             search_margin=0.0,
         )
 
-    def _build_from_light(self, context: RenderContext, atlas_size: int) -> TechniquePass:
-        count = self.red_kernel**2
+    def _build_from_light(self, context: RenderContext, atlas_size: int, count: int) -> TechniquePass:
         return MaskedPass(
             context,
             "techniques/variable_penumbra/from_light.wgsl",

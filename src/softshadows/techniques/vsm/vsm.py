@@ -27,8 +27,9 @@ from __future__ import annotations
 from typing import ClassVar
 
 from softshadows.gpu.commands import Commands
-from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass, option
-from softshadows.techniques.common_options import DEFAULT_MEMORY_BUDGET, resolution_option
+from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
+from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.options import option
 from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.visibility.maps.plan import plan_atlas
 from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
@@ -56,7 +57,7 @@ class Vsm(Technique):
 class _VsmPass(SampledPass):
     def __init__(self, context: RenderContext, technique: Vsm) -> None:
         gpu, size = context.gpu, context.gbuffer.size
-        plan = plan_atlas(gpu, context.scene, size, 1, technique.resolution, DEFAULT_MEMORY_BUDGET)
+        plan = plan_atlas(gpu, context.scene, size, 1, technique.resolution, context.memory_budget)
         bytes = 8 * plan.atlas_size**2
         rows, moments = (gpu.storage_buffer(bytes, "the moments of a variance shadow map") for _ in range(2))
         super().__init__(

@@ -100,7 +100,7 @@ def plan_line_maps(
         raise DeviceError(
             f"{samples} rectified shadow maps of {tile}² are needed at one time, more than the memory budget of "
             f"{memory_budget} MiB or this adapter's largest texture holds. Lower the resolution or the number of "
-            "samples, or raise memory_budget."
+            "samples, or raise the renderer's memory_budget."
         )
     return AtlasPlan(
         samples=samples,
@@ -131,7 +131,6 @@ class LineMaps:
         gbuffer: GBuffer,
         plan: AtlasPlan,
         *,
-        bias_scale: float = 1.0,
         reach: float = 1.0,
     ) -> None:
         assert plan.samples <= MOST_SAMPLES
@@ -141,7 +140,6 @@ class LineMaps:
             scene,
             gbuffer,
             plan,
-            bias_scale=bias_scale,
             search_margin=reach,
             keeps_maps=True,
             texels_per_pixel=TEXELS_PER_PIXEL,

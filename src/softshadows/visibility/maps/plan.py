@@ -66,7 +66,7 @@ def tile_size(gpu: Gpu, size: tuple[int, int], resolution: int | str, memory_bud
         raise DeviceError(
             f"a shadow map of {tile}² takes {4 * tile * tile / 2**20:.0f} MiB, more than the memory budget "
             f"of {memory_budget} MiB. "
-            "Lower the resolution or raise memory_budget."
+            "Lower the resolution or raise the renderer's memory_budget."
         )
     return tile
 

@@ -82,14 +82,13 @@ class ShadowAtlas:
         gbuffer: GBuffer,
         plan: AtlasPlan,
         *,
-        bias_scale: float = 1.0,
         margin_texels: int = 1,
         search_margin: float = 0.0,
         keeps_maps: bool = False,
         texels_per_pixel: float = 2.0,
     ) -> None:
         self.plan, self._gpu, self._scene, self._gbuffer = plan, gpu, scene, gbuffer
-        self._bias_scale, self._margin_texels = bias_scale, margin_texels
+        self._margin_texels = margin_texels
         self._search_margin, self._texels_per_pixel = search_margin, texels_per_pixel
         self.keeps_maps = keeps_maps and plan.holds_all
         self._kept_for: tuple[Light, bytes, Geometry] | None = None  # light, its samples, scene
@@ -231,7 +230,7 @@ class ShadowAtlas:
             far=far,
             depth_scale=1.0 if directional else near,
             window_scale=max(scene.diagonal, 1e-6) if directional else 1.0,
-            bias_scale=self._bias_scale,
+            bias_scale=1.0,
             texels_per_pixel=self._texels_per_pixel,
             margin_texels=float(self._margin_texels),
             search_margin=self._search_margin,
