@@ -11,7 +11,7 @@ import wgpu
 from softshadows.errors import ShaderError
 from softshadows.gpu.compose import PACKAGE, compose, shader_module
 from softshadows.gpu.device import acquire
-from softshadows.gpu.layout import F32, Struct, Vec3f, share_constants
+from softshadows.gpu.layout import F32, Struct, Vec3f
 
 FILES = Path(__file__).parent / "includes"
 
@@ -79,17 +79,6 @@ def test_structs_are_declared_once_and_unknown_ones_refused(tmp_path: Path) -> N
     assert source.text == "struct Pair {\n    first: vec3f,\n    second: f32,\n};\n"
     shader.write_text("\n//#struct Triplet\n", encoding="utf-8")
     with pytest.raises(ShaderError, match=r"twice\.wgsl:2: no struct 'Triplet'.*Pair"):
-        compose(shader)
-
-
-def test_constants_are_declared_once_and_unknown_ones_refused(tmp_path: Path) -> None:
-    numbers = share_constants("Fruit", ["apple", "pear"])
-    shader = tmp_path / "twice.wgsl"
-    shader.write_text("//#constants Fruit\n//#constants Fruit\n", encoding="utf-8")
-    assert numbers == {"apple": 0, "pear": 1}
-    assert compose(shader).text == "const APPLE = 0u;\nconst PEAR = 1u;\n"
-    shader.write_text("\n//#constants Vegetable\n", encoding="utf-8")
-    with pytest.raises(ShaderError, match=r"twice\.wgsl:2: no constants 'Vegetable'.*Fruit"):
         compose(shader)
 
 

@@ -11,7 +11,7 @@ import wgpu
 
 from softshadows.gpu.compose import PACKAGE, compose
 from softshadows.gpu.layout import pack
-from softshadows.lights.record import light_record, specular_tables
+from softshadows.lights.record import KINDS, light_record, specular_tables
 from softshadows.scene.lights import (
     LIGHT_CLASSES,
     DirectionalLight,
@@ -135,6 +135,7 @@ def radiance(lights: list, views: np.ndarray, roughness: np.ndarray, color=WHITE
 
 def test_every_kind_of_light_is_told_from_the_others() -> None:
     """A kind without its case in radiance.wgsl would be dark."""
+    assert len(set(KINDS.values())) == len(LIGHT_CLASSES)
     text = (PACKAGE / "lights/radiance.wgsl").read_text(encoding="utf-8")
     for function in ("irradiance", "specular"):
         cases = re.findall(rf"case (\w+): {{ return (\w+)_{function}\(", text)

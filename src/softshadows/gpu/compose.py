@@ -2,9 +2,8 @@
 
     //#include "receiver.wgsl"       that file once: beside the including file, or by its path from the package's folder
     //#struct Light                  the WGSL declaration of the Python struct of that name (layout.py), once
-    //#constants LightKind           the numbers that Python gave to a set of words (layout.py), once
 
-They are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
+Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
 how one shader is built for maps, for rays or for both.
 """
 
@@ -18,11 +17,11 @@ from pathlib import Path
 import wgpu
 
 from softshadows.errors import ShaderError
-from softshadows.gpu.layout import constants_wgsl, nested, struct_named, wgsl
+from softshadows.gpu.layout import nested, struct_named, wgsl
 
 PACKAGE = Path(__file__).resolve().parent.parent
 """Where paths of includes and stand-ins begin."""
-_DIRECTIVE = re.compile(r'^//#(include|struct|constants)\s+"?([\w./]+)"?\s*$')
+_DIRECTIVE = re.compile(r'^//#(include|struct)\s+"?([\w./]+)"?\s*$')
 _ERROR_LINE = re.compile(r"wgsl:(\d+):(\d+)")
 
 
@@ -59,11 +58,9 @@ def compose(path: Path, stand_ins: Mapping[str, str] | None = None) -> Source:
             done.add(struct)
             for inner in nested(struct_named(struct, where)):
                 declare(inner.__name__, where)
-            insert(wgsl(struct_named(struct, where)), f"struct {struct}")
-
-    def insert(declarations: str, name: str) -> None:
-        lines.extend(declarations.splitlines())
-        origin.extend([(name, 1)] * len(declarations.splitlines()))
+            declaration = wgsl(struct_named(struct, where)).splitlines()
+            lines.extend(declaration)
+            origin.extend([(f"struct {struct}", 1)] * len(declaration))
 
     def include(file: Path, open_files: tuple[Path, ...]) -> None:
         file = replaced.get(file, file)
@@ -77,10 +74,6 @@ def compose(path: Path, stand_ins: Mapping[str, str] | None = None) -> Source:
             match _directive(line):
                 case ("struct", name):
                     declare(name, where)
-                case ("constants", name):
-                    if name not in done:
-                        done.add(name)
-                        insert(constants_wgsl(name, where), f"constants {name}")
                 case ("include", name):
                     include(_find(name, file.parent, where), (*open_files, file))
                 case _:

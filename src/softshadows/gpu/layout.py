@@ -12,7 +12,7 @@ A member may be a struct itself.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Annotated, Any, dataclass_transform, get_type_hints
@@ -36,9 +36,6 @@ ArrayOfVec4f = Annotated[npt.NDArray[np.float32], "array<vec4f>"]
 _STRUCTS: dict[str, type[Struct]] = {}
 """Every struct that Python shares with a shader, by name."""
 
-_CONSTANTS: dict[str, Mapping[str, int]] = {}
-"""Every set of numbered names that Python shares with a shader, by the set's name."""
-
 _SCALARS = {"f": "<f4", "u": "<u4", "i": "<i4"}
 
 
@@ -58,19 +55,6 @@ def struct_named(name: str, where: str) -> type[Struct]:
     if name not in _STRUCTS:
         raise ShaderError(f"{where}: no struct {name!r} is declared in Python; known: {', '.join(sorted(_STRUCTS))}")
     return _STRUCTS[name]
-
-
-def share_constants(name: str, words: Sequence[str]) -> Mapping[str, int]:
-    """Number the words from 0 on, for Python and, as constants in capitals, for shaders that ask for `name`."""
-    _CONSTANTS[name] = {word: number for number, word in enumerate(words)}
-    return _CONSTANTS[name]
-
-
-def constants_wgsl(name: str, where: str) -> str:
-    """The WGSL declarations of shared constants. Raises ShaderError where no imported module declares them."""
-    if name not in _CONSTANTS:
-        raise ShaderError(f"{where}: no constants {name!r} are declared in Python; known: {', '.join(_CONSTANTS)}")
-    return "".join(f"const {word.upper()} = {number}u;\n" for word, number in _CONSTANTS[name].items())
 
 
 def nested(struct: type[Struct]) -> list[type[Struct]]:

@@ -11,7 +11,13 @@
 //#include "point.wgsl"
 //#include "spot.wgsl"
 //#include "directional.wgsl"
-//#constants LightKind
+
+const RECT = 0u;
+const DISK = 1u;
+const LINE = 2u;
+const POINT = 3u;
+const SPOT = 4u;
+const DIRECTIONAL = 5u;
 
 fn irradiance_of(light: Light, position_ws: vec3f, to_surface: mat3x3f) -> f32 {
     switch light.kind {

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from softshadows.gpu.layout import F32, U32, ArrayOfVec4f, Struct, Vec3f, share_constants
+from softshadows.gpu.compose import constant
+from softshadows.gpu.layout import F32, U32, ArrayOfVec4f, Struct, Vec3f
 from softshadows.scene import lights as scene_lights
 
 _HERE = Path(__file__).parent
-KINDS = share_constants("LightKind", list(scene_lights.LIGHT_CLASSES))
-"""The numbers of the lights' kinds."""
+KINDS = {kind: constant("lights/radiance.wgsl", kind.upper()) for kind in scene_lights.LIGHT_CLASSES}
+"""The shader's numbers of the lights' kinds."""
 
 
 class Light(Struct):

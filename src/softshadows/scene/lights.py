@@ -409,4 +409,4 @@ class DirectionalLight(Light):
 LIGHT_CLASSES: Mapping[str, type[Light]] = {
     light.kind: light for light in (RectLight, DiskLight, LineLight, PointLight, SpotLight, DirectionalLight)
 }
-"""By kind. Their order numbers the kinds for shaders."""
+"""By kind."""
