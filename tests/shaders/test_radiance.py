@@ -53,7 +53,7 @@ SURFACE_KERNEL = """
     let a = surfaces[2u * i];
     let b = surfaces[2u * i + 1u];
     let up = vec3f(0.0, 1.0, 0.0);
-    let surface = Surface(vec3f(0.0), up, up, a.xyz, b.rgb, b.a, a.w);
+    let surface = Surface(vec3f(0.0), up, a.xyz, b.rgb, b.a, a.w);
     let lobes = shading_lobes(surface, ltc_matrix, ltc_albedo);
     result[i] = vec4f(unshadowed_radiance(lights[i], surface, lobes), 0.0);
 }

@@ -1,19 +1,9 @@
 // A light and the points on it that stand for it: bindings 0, 1 and 4 of bind group 2.
 
-//#include "light.wgsl"
+//#include "receiver.wgsl"
 //#struct LightSamples
 //#struct Chunk
 
 @group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read> light_samples: LightSamples;
 @group(2) @binding(4) var<uniform> chunk: Chunk;                       // those of one dispatch, whose maps the atlas holds
-
-// A receiver's point and geometric normal in light space.
-struct LightReceiver {
-    point: vec3f,
-    normal: vec3f,
-};
-
-fn light_receiver(position_ws: vec3f, normal_ws: vec3f) -> LightReceiver {
-    return LightReceiver(to_light_space(light, position_ws - light.center_ws), to_light_space(light, normal_ws));
-}

@@ -13,12 +13,11 @@ const MIN_VIEW_COSINE = 1e-3;  // the table's grazing row; shading normals can e
 
 struct Surface {
     position_ws: vec3f,
-    normal_ws: vec3f,            // of shading
-    geometric_normal_ws: vec3f,  // faces the viewer
-    view_ws: vec3f,              // unit, towards the eye
-    base_color: vec3f,           // linear
+    normal_ws: vec3f,    // of shading
+    view_ws: vec3f,      // unit, towards the eye
+    base_color: vec3f,   // linear
     metallic: f32,
-    roughness: f32,              // perceptual, 0..1
+    roughness: f32,      // perceptual, 0..1
 };
 
 // What a surface reflects towards the viewer, prepared once for all lights.

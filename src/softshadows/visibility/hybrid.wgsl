@@ -35,8 +35,8 @@ fn gaps_around(sight: Sight) -> vec4f {
     return (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
 }
 
-fn map_answer(sample_index: u32, receiver: LightReceiver) -> u32 {
-    let sight = sight_through(sample_index, receiver, receiver.point);
+fn map_answer(sample_index: u32, receiver: Receiver) -> u32 {
+    let sight = sight_through(sample_index, receiver, receiver.position_ls);
     if !sight.covered || !sight.possible {
         return select(HIDDEN, LIT, sight.possible);  // nothing was drawn that could shadow it
     }

@@ -20,7 +20,6 @@ fn load_surface(receiver: Receiver, material: vec4u) -> Surface {
     return Surface(
         receiver.position_ws,
         unpack_normal(material.x),
-        receiver.normal_ws,
         normalize(frame.camera_position_ws - receiver.position_ws),
         srgb_to_linear(unpack4x8unorm(material.y).rgb),
         roughness_metallic.y,
@@ -45,7 +44,7 @@ fn cs_shade(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < frame.light_count; i++) {
         let visible = visibility[(i * frame.size.y + id.y) * frame.size.x + id.x];
         // Irradiance is of the part of the light above the horizon, so visibility has to be of that part too.
-        let above = fraction_above_horizon(lights[i], surface.position_ws, surface.geometric_normal_ws);
+        let above = fraction_above_horizon(lights[i], receiver.position_ws, receiver.normal_ws);
         radiance += min(visible / max(above, MIN_FRACTION), 1.0) * unshadowed_radiance(lights[i], surface, lobes);
     }
     textureStore(color, id.xy, vec4f(radiance, 1.0));

@@ -30,7 +30,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if !pixel.surface.is_surface || !is_active(pixel.tree) {
         return;
     }
-    let start = ray_start(pixel.surface.position_ws, pixel.surface.normal_ws);
+    let start = ray_start(pixel.surface);
     let seen = remembered(pixel.tile, 0u, lane);
     var change = 0.0;
     var rays = 0u;

@@ -66,8 +66,8 @@ fn tap_is_lit(sight: Sight, texel: vec2u, nearest: f32) -> bool {
 }
 
 // [Schwaerzler2012 §3.4.3] The lit share of the texels around the receiver's.
-fn filtered_by_pcf(sample: u32, receiver: LightReceiver) -> f32 {
-    let sight = sight_through(sample, receiver, receiver.point);
+fn filtered_by_pcf(sample: u32, receiver: Receiver) -> f32 {
+    let sight = sight_through(sample, receiver, receiver.position_ls);
     if !sight.possible || !sight.covered {
         return select(0.0, 1.0, sight.possible);
     }
@@ -83,8 +83,8 @@ fn filtered_by_pcf(sample: u32, receiver: LightReceiver) -> f32 {
 }
 
 // By how much the occluder that hides the sample is closer than the receiver; 0 where nothing is known.
-fn blocker_ratio(sample: u32, receiver: LightReceiver) -> f32 {
-    let sight = sight_through(sample, receiver, receiver.point);
+fn blocker_ratio(sample: u32, receiver: Receiver) -> f32 {
+    let sight = sight_through(sample, receiver, receiver.position_ls);
     if !sight.possible || !sight.covered || light.is_directional == 1u {
         return 0.0;
     }
@@ -92,7 +92,7 @@ fn blocker_ratio(sample: u32, receiver: LightReceiver) -> f32 {
 }
 
 // The visible share of the part of the light that the sample stands for.
-fn filtered_by_cell(sample: u32, receiver: LightReceiver, width: u32, ratio: f32) -> f32 {
+fn filtered_by_cell(sample: u32, receiver: Receiver, width: u32, ratio: f32) -> f32 {
     let point = light_samples.points[sample].xy;
     let extent = vec2f(light.half_width, light.half_height);
     let steps = vec2f(f32(max(shape.columns - 1u, 1u)), f32(max(shape.sample_rows - 1u, 1u)));
@@ -103,7 +103,7 @@ fn filtered_by_cell(sample: u32, receiver: LightReceiver, width: u32, ratio: f32
     for (var i = 0u; i < CELL_TAPS * CELL_TAPS; i++) {
         let at = (vec2f(vec2u(i % CELL_TAPS, i / CELL_TAPS)) + 0.5) / f32(CELL_TAPS);
         let step = mix(low, high, at);
-        let sight = sight_through(sample, receiver, receiver.point + vec3f(step * (ratio - 1.0), 0.0));
+        let sight = sight_through(sample, receiver, receiver.position_ls + vec3f(step * (ratio - 1.0), 0.0));
         // Only a blocker far enough from the receiver hides that point of the light, and not the sample.
         let share = abs(step) / max(half_cell, vec2f(1e-20));
         let nearest = 1.0 + BLOCKER_SLACK * max(share.x, share.y) * (ratio - 1.0);
@@ -113,7 +113,7 @@ fn filtered_by_cell(sample: u32, receiver: LightReceiver, width: u32, ratio: f32
 }
 
 // The ratio of the occluder whose silhouette runs between the sample and those around it; 0 where they all see the same.
-fn silhouette_ratio(receiver: LightReceiver, tile: u32, tree: u32, lane: u32, row: u32, column: u32, width: u32, is_seen: bool) -> f32 {
+fn silhouette_ratio(receiver: Receiver, tile: u32, tree: u32, lane: u32, row: u32, column: u32, width: u32, is_seen: bool) -> f32 {
     var sum = 0.0;
     var count = 0.0;
     for (var i = 0u; i < 8u; i++) {
@@ -163,7 +163,7 @@ fn uncertain_samples(row: u32, asked: u32, is_mixed: bool) -> u32 {
     return select(0u, asked, is_mixed);
 }
 
-fn filtered(sample: vec2u, pixel: TreePixel, receiver: LightReceiver, lane: u32, width: u32, is_seen: bool) -> f32 {
+fn filtered(sample: vec2u, pixel: TreePixel, receiver: Receiver, lane: u32, width: u32, is_seen: bool) -> f32 {
     let number = sample.y * shape.columns + sample.x;
     if pcf_texels > 0u {
         return filtered_by_pcf(number, receiver);
@@ -176,7 +176,7 @@ fn filtered(sample: vec2u, pixel: TreePixel, receiver: LightReceiver, lane: u32,
 }
 
 fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f32 {
-    let receiver = light_receiver(pixel.surface.position_ws, pixel.surface.normal_ws);
+    let receiver = seen_by(light, pixel.surface);
     var visible = 0.0;
     var total = 0.0;
     for (var row = 0u; row < shape.sample_rows; row++) {

@@ -23,7 +23,7 @@ fn bits_between(row: u32, first: u32, last: u32) -> u32 {
     return (0xffffffffu << low) & (0xffffffffu >> (31u - high));
 }
 
-fn answer_of(sample: u32, receiver: LightReceiver) -> u32 {
+fn answer_of(sample: u32, receiver: Receiver) -> u32 {
     if leaves_unknown {
         return map_answer(sample, receiver);
     }
@@ -36,8 +36,7 @@ fn cs_lookup(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     if !asked.is_asked || step.first_rank >= level_samples() {
         return;
     }
-    let surface = load_receiver(asked.pixel);
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
+    let receiver = seen_by(light, load_receiver(asked.pixel));
 
     // The batch's samples: in order, so all new ones that the tree requests between the first and the last.
     let first = control.ranked[step.first_rank];
@@ -47,7 +46,7 @@ fn cs_lookup(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         let requested = requested_samples(asked.tile, row) & bits_between(row, first, last);
         var visible = 0u;
         var unknown = 0u;
-        for (var rest = select(0u, requested, surface.is_surface); rest != 0u; rest &= rest - 1u) {
+        for (var rest = select(0u, requested, receiver.is_surface); rest != 0u; rest &= rest - 1u) {
             let column = firstTrailingBit(rest);
             let answer = answer_of(shape.columns * row + column, receiver);
             visible |= select(0u, 1u << column, answer == LIT);

@@ -43,12 +43,12 @@ fn cs_probe(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     if any(pixel >= frame.size) {
         return;
     }
-    let surface = load_receiver(pixel);
-    if !surface.is_surface {
+    let receiver = load_receiver(pixel);
+    if !receiver.is_surface {
         return;
     }
     // The tile's pixels share out the light's quarters of four cells, in another order in every tile.
-    let start = ray_start(surface.position_ws, surface.normal_ws);
+    let start = ray_start(receiver);
     let turn = scattered(tile);
     let share = (lane * 37u + turn) % PIXELS;
     let cells = probed_cells();

@@ -39,8 +39,8 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     if !asked.is_asked {
         return;
     }
-    let surface = load_receiver(asked.pixel);
-    let start = ray_start(surface.position_ws, surface.normal_ws);
+    let receiver = load_receiver(asked.pixel);
+    let start = ray_start(receiver);
     if !follows_maps && step.first_ray == 0u {
         for (var row = 0u; row < shape.sample_rows; row++) {
             remember(asked.tile, lane, row, requested_samples(asked.tile, row), 0u);
@@ -58,7 +58,7 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     for (; earlier > 0u; earlier--) {
         left &= left - 1u;
     }
-    var rays = select(0u, step.rays, surface.is_surface);
+    var rays = select(0u, step.rays, receiver.is_surface);
     while rays > 0u && row < shape.sample_rows {
         begin_packet(start);
         while rays > 0u && row < shape.sample_rows && waiting_count < 4u {

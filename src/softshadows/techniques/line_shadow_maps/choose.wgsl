@@ -35,7 +35,7 @@ fn hidden_in_rows(start: Sight, end: Sight, length: f32) -> f32 {
 }
 
 // Do the outer samples know otherwise of the middle than it sees itself?
-fn is_contradicted(middle: u32, step: u32, receiver: LightReceiver) -> bool {
+fn is_contradicted(middle: u32, step: u32, receiver: Receiver) -> bool {
     let start = line_sight(middle - step, receiver);
     let end = line_sight(middle + step, receiver);
     let outer_are_seen = sight_is_lit(start);
@@ -59,12 +59,11 @@ fn cs_test(@builtin(global_invocation_id) id: vec3u) {
     if any(pixel >= frame.size) {
         return;
     }
-    let surface = load_receiver(pixel);
-    if !surface.is_surface {
+    let receiver = seen_by(light, load_receiver(pixel));
+    if !receiver.is_surface {
         return;
     }
     atomicAdd(&contradictions[TESTED], 1u);
-    let receiver = light_receiver(surface.position_ws, surface.normal_ws);
     let step = halving.half_spacing;
     for (var middle = step; middle < light_samples.count; middle += 2u * step) {
         if ((control.samples >> middle) & 1u) == 0u {

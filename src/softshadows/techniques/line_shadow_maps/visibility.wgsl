@@ -1,6 +1,5 @@
 // The visible share of the light at every pixel: hard tests in all maps, weighed by their channels. [Heidrich2000 §3]
 
-//#include "passes/gbuffer/receiver.wgsl"
 //#include "visibility/line_maps/line_map.wgsl"
 //#include "visibility/line_maps/ends.wgsl"
 //#include "passes/gbuffer/pixel.wgsl"
@@ -29,7 +28,7 @@ struct Seen {
     after: f32,
 };
 
-fn look(sample: u32, receiver: LightReceiver) -> Seen {
+fn look(sample: u32, receiver: Receiver) -> Seen {
     let sight = line_sight(sample, receiver);
     if !sight_is_lit(sight) {
         return Seen(sight, false, 0.0, 0.0);
@@ -65,30 +64,30 @@ fn segment_shares(sample: u32, next: u32, start: Seen, end: Seen) -> vec2f {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_pixel(id.xy);
-    if !pixel.is_surface {
+    let receiver = begin_pixel(id.xy);
+    if !receiver.is_surface {
         return;
     }
     if light_samples.count == 1u {
-        visibility[pixel.index] = select(0.0, 1.0, sight_is_lit(line_sight(0u, pixel.receiver)));
+        visibility[receiver.index] = select(0.0, 1.0, sight_is_lit(line_sight(0u, receiver)));
         return;
     }
     // [Heidrich2000 §3.3] Segments between neighbouring samples are lights of their own.
     var shading: Shading;
     var is_overfull = false;
     var sample = 0u;
-    var start = look(0u, pixel.receiver);
+    var start = look(0u, receiver);
     while sample + 1u < light_samples.count {
         let next = sample_after(control.samples, sample);
-        let end = look(next, pixel.receiver);
+        let end = look(next, receiver);
         let shares = segment_shares(sample, next, start, end);
         let share = shares.x + shares.y;
         is_overfull |= share > OVERFULL;
-        shading = with_segment(shading, sample, next, pixel.receiver, shares / max(share, 1.0), vec2f(HALF));
+        shading = with_segment(shading, sample, next, receiver, shares / max(share, 1.0), vec2f(HALF));
         sample = next;
         start = end;
     }
-    visibility[pixel.index] = visibility_of(shading);
+    visibility[receiver.index] = visibility_of(shading);
     if is_overfull {
         atomicAdd(&report[CLAMPED], 1u);
     }

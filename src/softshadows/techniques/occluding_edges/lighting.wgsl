@@ -1,6 +1,5 @@
 // Every pixel's visibility: segment by segment of the light, by the edges that the maps at its ends know.
 
-//#include "passes/gbuffer/receiver.wgsl"
 //#include "edge_map.wgsl"
 //#include "visibility/line_maps/ends.wgsl"
 //#include "share.wgsl"
@@ -24,7 +23,7 @@ struct Part {
     share: f32,
 };
 
-fn look_from(sample: u32, receiver: LightReceiver) -> Look {
+fn look_from(sample: u32, receiver: Receiver) -> Look {
     let sight = line_sight(sample, receiver);
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / view.texels_per_unit;
@@ -184,22 +183,22 @@ fn segment_influence(first: Look, second: Look) -> vec2f {
 
 @compute @workgroup_size(8, 8)
 fn cs_lighting(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_pixel(id.xy);
-    if !pixel.is_surface {
+    let receiver = begin_pixel(id.xy);
+    if !receiver.is_surface {
         return;
     }
-    var before = look_from(0u, pixel.receiver);
+    var before = look_from(0u, receiver);
     if light_samples.count == 1u {
-        visibility[pixel.index] = select(0.0, 1.0, before.lit);
+        visibility[receiver.index] = select(0.0, 1.0, before.lit);
         return;
     }
     let whole = influence_between(0.0, 1.0);
     var shading: Shading;
     for (var sample = 1u; sample < light_samples.count; sample++) {
-        let here = look_from(sample, pixel.receiver);
+        let here = look_from(sample, receiver);
         let lit = segment_influence(before, here);
-        shading = with_segment(shading, sample - 1u, sample, pixel.receiver, lit, whole);
+        shading = with_segment(shading, sample - 1u, sample, receiver, lit, whole);
         before = here;
     }
-    visibility[pixel.index] = visibility_of(shading);
+    visibility[receiver.index] = visibility_of(shading);
 }

@@ -1,6 +1,5 @@
 // Percentage-closer filtering: the share of the texels around the receiver's that are lit. [Reeves1987 §3]
 
-//#include "passes/gbuffer/receiver.wgsl"
 //#include "visibility/maps/shadow_map.wgsl"
 //#include "visibility/maps/texel_filter.wgsl"
 //#include "passes/gbuffer/pixel.wgsl"
@@ -12,8 +11,8 @@ override tap_count: u32;
 override half_kernel_texels: f32;
 
 // [Reeves1987 §3] Compare first, then average.
-fn filter_shadow(receiver: LightReceiver) -> f32 {
-    let sight = sight_through(0u, receiver, receiver.point);
+fn filter_shadow(receiver: Receiver) -> f32 {
+    let sight = sight_through(0u, receiver, receiver.position_ls);
     if !sight.possible || !sight.covered {
         return select(0.0, 1.0, sight.possible);
     }
@@ -22,8 +21,8 @@ fn filter_shadow(receiver: LightReceiver) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_pixel(id.xy);
-    if pixel.is_surface {
-        visibility[pixel.index] = filter_shadow(pixel.receiver);
+    let receiver = begin_pixel(id.xy);
+    if receiver.is_surface {
+        visibility[receiver.index] = filter_shadow(receiver);
     }
 }

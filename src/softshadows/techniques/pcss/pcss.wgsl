@@ -1,6 +1,5 @@
 // Percentage-closer soft shadows: the mean distance of the blockers gives the penumbra's width, and that the filter's.
 
-//#include "passes/gbuffer/receiver.wgsl"
 //#include "visibility/maps/shadow_map.wgsl"
 //#include "visibility/maps/light_filter.wgsl"
 //#include "passes/gbuffer/pixel.wgsl"
@@ -34,7 +33,7 @@ fn search_scale(i: u32) -> f32 {
 
 // [Fernando2005 §blocker search] Mean of the blockers' distance over the receiver's, in a region that the nearest occluder of the
 // map could shadow from; negative where there is no blocker.
-fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
+fn mean_blocker_share(receiver: Receiver, center: Sight) -> f32 {
     let nearest = bitcast<f32>(atomicLoad(&nearest_bits)) / maps.depth_scale;
     let half_extent = penumbra_half_extent(nearest / center.closeness);
     var sum = 0.0;
@@ -61,17 +60,19 @@ fn mean_blocker_share(receiver: LightReceiver, center: Sight) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_pixel(id.xy);
-    if !pixel.is_surface {
+    let receiver = begin_pixel(id.xy);
+    if !receiver.is_surface {
         return;
     }
-    let center = sight_through(0u, pixel.receiver, pixel.receiver.point);
+    let center = sight_through(0u, receiver, receiver.position_ls);
     if !center.possible || !center.covered {
-        visibility[pixel.index] = select(0.0, 1.0, center.possible);
+        visibility[receiver.index] = select(0.0, 1.0, center.possible);
         return;
     }
-    let blocker_share = mean_blocker_share(pixel.receiver, center);
+    var lit = 1.0;
+    let blocker_share = mean_blocker_share(receiver, center);
     if blocker_share > 0.0 {
-        visibility[pixel.index] = filter_shadow(pixel.receiver, penumbra_half_extent(1.0 / blocker_share), blocker_taps, filter_taps);
+        lit = filter_shadow(receiver, penumbra_half_extent(1.0 / blocker_share), blocker_taps, filter_taps);
     }
+    visibility[receiver.index] = lit;
 }

@@ -10,12 +10,11 @@
 
 @compute @workgroup_size(8, 8)
 fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_surface(id.xy);
-    if !pixel.is_surface {
+    let receiver = begin_pixel(id.xy);
+    if !receiver.is_surface {
         return;
     }
-    let receiver = light_receiver(pixel.surface.position_ws, pixel.surface.normal_ws);
-    let start = ray_start(pixel.surface.position_ws, pixel.surface.normal_ws);
+    let start = ray_start(receiver);
     var visible_weight = 0.0;
     var unknown = 0u;   // what maps do not know of the chunk, bit by bit: then pixels trace their packets in step
     for (var i = 0u; i < chunk.sample_count; i++) {
@@ -36,7 +35,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
             visible_weight += select(0.0, light_samples.points[waiting[i]].z, is_open[i]);
         }
     }
-    add_chunk(pixel, visible_weight);
+    add_chunk(receiver, visible_weight);
     if was_cut_short {
         atomicOr(&report[0], 1u);
     }

@@ -129,6 +129,6 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     if !pixel.is_masked {
         return;
     }
-    visibility[pixel.index] = masked_shadow(pixel.sight);
+    visibility[pixel.receiver.index] = masked_shadow(pixel.sight);
     count_further_reads(workgroup);
 }

@@ -1,6 +1,6 @@
 // Edges of the shadow map: what the mask is made from, and what both kinds of it share.
 
-//#include "passes/gbuffer/receiver.wgsl"
+//#include "passes/gbuffer/pixel.wgsl"
 //#include "visibility/maps/shadow_map.wgsl"
 
 @group(1) @binding(0) var last_layer: texture_depth_2d;  // closeness of the farthest surface, 1 = nothing; if there are two layers
@@ -143,8 +143,7 @@ fn count_absent_pixel(workgroup: vec3u) {
 // A pixel whose visibility the map and its mask decide. Of any other it is written already.
 struct MaskedPixel {
     is_masked: bool,
-    index: u32,       // in the visibility
-    receiver: LightReceiver,
+    receiver: Receiver,
     sight: Sight,     // from the light's centre
 };
 
@@ -153,14 +152,12 @@ fn begin_masked_pixel(id: vec2u, workgroup: vec3u) -> MaskedPixel {
     if any(id >= frame.size) {
         return pixel;
     }
-    pixel.index = visibility_index(light, id, frame.size);
-    visibility[pixel.index] = 1.0;
-    let surface = load_receiver(id);
-    if surface.is_surface && !is_only_occluder(surface) {
-        pixel.receiver = light_receiver(surface.position_ws, surface.normal_ws);
-        pixel.sight = sight_through(0u, pixel.receiver, pixel.receiver.point);
-        pixel.is_masked = pixel.sight.possible && pixel.sight.covered;
-        visibility[pixel.index] = select(0.0, 1.0, pixel.sight.possible);
+    pixel.receiver = begin_pixel(id);
+    if pixel.receiver.is_surface {
+        let is_receiver = !is_only_occluder(pixel.receiver);
+        pixel.sight = sight_through(0u, pixel.receiver, pixel.receiver.position_ls);
+        pixel.is_masked = is_receiver && pixel.sight.possible && pixel.sight.covered;
+        visibility[pixel.receiver.index] = select(0.0, 1.0, pixel.sight.possible || !is_receiver);
     }
     if !pixel.is_masked {
         count_absent_pixel(workgroup);

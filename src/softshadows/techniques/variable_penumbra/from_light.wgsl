@@ -124,7 +124,7 @@ fn occluder_closeness(sight: Sight, layer: u32) -> f32 {
     return select(0.0, sum.x / max(sum.y, 1e-6) / LEVELS * nearest_closeness(), sum.y > 0.0);
 }
 
-fn masked_shadow(receiver: LightReceiver, sight: Sight) -> f32 {
+fn masked_shadow(receiver: Receiver, sight: Sight) -> f32 {
     let half_extent = penumbra_half_extent(occluder_closeness(sight, layer_of_receiver(sight)) / sight.closeness);
     let half_texels = half_extent * sight.closeness * shadow_views[sight.view].texels_per_unit;
     if max(half_texels.x, half_texels.y) <= NARROWEST_TEXELS {
@@ -139,6 +139,6 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     if !pixel.is_masked {
         return;
     }
-    visibility[pixel.index] = masked_shadow(pixel.receiver, pixel.sight);
+    visibility[pixel.receiver.index] = masked_shadow(pixel.receiver, pixel.sight);
     count_further_reads(workgroup);
 }

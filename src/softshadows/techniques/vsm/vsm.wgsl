@@ -2,7 +2,6 @@
 //
 // Depth is the distance along the map's axis over the light's reach, from 0 to 1; 1 where nothing was drawn.
 
-//#include "passes/gbuffer/receiver.wgsl"
 //#include "visibility/maps/shadow_map.wgsl"
 //#include "passes/gbuffer/pixel.wgsl"
 
@@ -80,14 +79,14 @@ fn upper_bound(mean_depth: vec2f, depth: f32) -> f32 {
 
 @compute @workgroup_size(8, 8)
 fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
-    let pixel = begin_pixel(id.xy);
-    if !pixel.is_surface {
+    let receiver = begin_pixel(id.xy);
+    if !receiver.is_surface {
         return;
     }
-    let sight = sight_through(0u, pixel.receiver, pixel.receiver.point);
-    if !sight.possible {
-        visibility[pixel.index] = 0.0;
-    } else if sight.covered {
-        visibility[pixel.index] = upper_bound(bilinear_moments(sight), linear_depth(sight.closeness));
+    let sight = sight_through(0u, receiver, receiver.position_ls);
+    var lit = select(0.0, 1.0, sight.possible);
+    if sight.possible && sight.covered {
+        lit = upper_bound(bilinear_moments(sight), linear_depth(sight.closeness));
     }
+    visibility[receiver.index] = lit;
 }

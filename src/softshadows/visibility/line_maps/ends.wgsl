@@ -13,15 +13,15 @@ struct Shading {
 };
 
 // cos / distance² at the receiver, of light from a sample.
-fn end_illumination(sample: u32, receiver: LightReceiver) -> f32 {
-    let from_sample = receiver.point - vec3f(light_samples.points[sample].xy, 0.0);
+fn end_illumination(sample: u32, receiver: Receiver) -> f32 {
+    let from_sample = receiver.position_ls - vec3f(light_samples.points[sample].xy, 0.0);
     let distance = length(from_sample);
-    return max(-dot(receiver.normal, from_sample), 0.0) / (distance * distance * distance);
+    return max(-dot(receiver.normal_ls, from_sample), 0.0) / (distance * distance * distance);
 }
 
 // With the segment between two samples. `lit` is what is visible of it and is shaded as its first and as its second end is,
 // `whole` the same of the segment that is seen from end to end.
-fn with_segment(shading: Shading, start: u32, end: u32, receiver: LightReceiver, lit: vec2f, whole: vec2f) -> Shading {
+fn with_segment(shading: Shading, start: u32, end: u32, receiver: Receiver, lit: vec2f, whole: vec2f) -> Shading {
     let length = f32(end - start);
     var sum = shading;
     sum.visible += length * (lit.x + lit.y);

@@ -10,10 +10,10 @@ const COLUMNS = 2u;  // the most in which a tile's faces lie side by side (fit.w
 const EDGE_TEXELS = 0.36;
 
 // The receiver as light sample `sample_index` sees it. `view % FACES` is the face; only the first LINE_FACES are rectified.
-fn line_sight(sample_index: u32, receiver: LightReceiver) -> Sight {
-    let from_sample = receiver.point - vec3f(light_samples.points[sample_index].xy, 0.0);
+fn line_sight(sample_index: u32, receiver: Receiver) -> Sight {
+    let from_sample = receiver.position_ls - vec3f(light_samples.points[sample_index].xy, 0.0);
     var sight: Sight;
-    sight.plane_offset = dot(receiver.normal, from_sample);
+    sight.plane_offset = dot(receiver.normal_ls, from_sample);
     sight.possible = sight.plane_offset < 0.0;
     // The front window may reach over the faces beside it.
     var face = FRONT;
@@ -27,7 +27,7 @@ fn line_sight(sample_index: u32, receiver: LightReceiver) -> Sight {
     sight.view = sample_index * FACES + face;
     sight.position = window_position(point);
     sight.closeness = closeness_of(point.z);
-    sight.plane_normal = line_face_coordinates(face, receiver.normal);
+    sight.plane_normal = line_face_coordinates(face, receiver.normal_ls);
     return sight;
 }
 

@@ -12,8 +12,8 @@ fn is_on_light(tap: vec2f) -> bool {
 }
 
 // The receiver as the light's centre sees it beside the receiver's point, `offset` metres parallel to the light.
-fn sight_beside(receiver: LightReceiver, offset: vec2f) -> Sight {
-    return sight_through(0u, receiver, receiver.point + vec3f(offset, 0.0));
+fn sight_beside(receiver: Receiver, offset: vec2f) -> Sight {
+    return sight_through(0u, receiver, receiver.position_ls + vec3f(offset, 0.0));
 }
 
 // Half the extent, at the receiver's depth, of the region in which a blocker `ratio` times as close as the receiver hides some of
@@ -23,7 +23,7 @@ fn penumbra_half_extent(ratio: f32) -> vec2f {
 }
 
 // [Fernando2005 §filtering] The share of lit taps in a kernel as wide as the penumbra.
-fn filter_shadow(receiver: LightReceiver, half_extent: vec2f, first_tap: u32, tap_count: u32) -> f32 {
+fn filter_shadow(receiver: Receiver, half_extent: vec2f, first_tap: u32, tap_count: u32) -> f32 {
     var lit = 0.0;
     var count = 0.0;
     for (var i = 0u; i < tap_count; i++) {

@@ -39,16 +39,16 @@ fn is_covered(view_index: u32, point: vec3f) -> bool {
 
 // The receiver as light sample `sample_index` sees it, along the ray through `through`, a point in light space: the
 // receiver's own point, or one beside it that a filter wants to know about.
-fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> Sight {
+fn sight_through(sample_index: u32, receiver: Receiver, through: vec3f) -> Sight {
     let sample_ls = vec3f(light_samples.points[sample_index].xy, 0.0);
     let along = through - sample_ls;
-    let from_sample = receiver.point - sample_ls;
+    let from_sample = receiver.position_ls - sample_ls;
     var sight: Sight;
-    var toward = dot(receiver.normal, from_sample);
+    var toward = dot(receiver.normal_ls, from_sample);
     if light.is_directional == 1u {
-        toward = -receiver.normal.z;
+        toward = -receiver.normal_ls.z;
     }
-    sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.point.z < 0.0);
+    sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.position_ls.z < 0.0);
     // The front window may reach over the other faces. A loop, since machines that run many invocations in step would
     // otherwise look for another face for all of them.
     var face = FRONT;
@@ -62,8 +62,8 @@ fn sight_through(sample_index: u32, receiver: LightReceiver, through: vec3f) -> 
     sight.view = sample_index * FACES + face;
     sight.position = window_position(point);
     sight.closeness = closeness_of(point.z);
-    sight.plane_normal = face_coordinates(face, receiver.normal);
-    sight.plane_offset = dot(receiver.normal, from_sample);
+    sight.plane_normal = face_coordinates(face, receiver.normal_ls);
+    sight.plane_offset = dot(receiver.normal_ls, from_sample);
     return sight;
 }
 
@@ -197,6 +197,6 @@ fn sight_is_lit(sight: Sight) -> bool {
 }
 
 // Is light sample `sample_index` visible from the receiver?
-fn sample_is_visible(sample_index: u32, receiver: LightReceiver) -> bool {
-    return sight_is_lit(sight_through(sample_index, receiver, receiver.point));
+fn sample_is_visible(sample_index: u32, receiver: Receiver) -> bool {
+    return sight_is_lit(sight_through(sample_index, receiver, receiver.position_ls));
 }

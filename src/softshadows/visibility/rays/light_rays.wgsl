@@ -7,7 +7,7 @@
 
 const OFFSET = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate: a start that no triangle blocks by rounding
 
-// A receiver as the light's points see it.
+// Where the rays from a receiver start, and how far they go.
 struct RayStart {
     origin_ws: vec3f,
     normal_ws: vec3f,
@@ -21,9 +21,9 @@ fn ray_offset(position_ws: vec3f) -> f32 {
     return OFFSET * max(max(size.x, size.y), max(size.z, tree.extent));
 }
 
-fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
-    let offset = ray_offset(position_ws);
-    let height = -dot(position_ws - light.center_ws, light.back_ws);
+fn ray_start(receiver: Receiver) -> RayStart {
+    let offset = ray_offset(receiver.position_ws);
+    let height = -dot(receiver.position_ws - light.center_ws, light.back_ws);
     var until = -1.0;
     if light.is_directional == 1u {
         until = 1.0;
@@ -31,7 +31,7 @@ fn ray_start(position_ws: vec3f, normal_ws: vec3f) -> RayStart {
         until = 1.0 - ray_offset(light.center_ws) / max(abs(height), 1e-30);
     }
     let is_before = light.is_one_sided == 0u || height > 0.0;
-    return RayStart(position_ws + offset * normal_ws, normal_ws, offset, until, is_before);
+    return RayStart(receiver.position_ws + offset * receiver.normal_ws, receiver.normal_ws, offset, until, is_before);
 }
 
 // From the start to a point of the light, in light space.
