@@ -15,7 +15,7 @@ WIDTH = 100
 """Characters of a signature before its arguments take lines of their own."""
 
 GROUPS: dict[str, tuple[Any, tuple[str, ...]]] = {
-    "Rendering": (ss, ("render", "Renderer", "Frame", "FrameStats")),
+    "Rendering": (ss, ("render", "Renderer", "Frame", "FrameStats", "Images")),
     "Scenes": (ss, ("load_scene", "load_shot", "Shot", "Scene", "Node", "Mesh", "Material", "Texture")),
     "Camera and lights": (
         ss,

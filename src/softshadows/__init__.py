@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from softshadows.scene.load import load_scene
     from softshadows.scene.model import Material, Mesh, Node, Scene, Texture
     from softshadows.scene.shot import Shot, load_shot
+    from softshadows.techniques.frame_passes import Images
 
 __version__ = _version("softshadows")
 
@@ -41,6 +42,7 @@ _HOMES = {
     "softshadows.scene.load": ("load_scene",),
     "softshadows.scene.model": ("Material", "Mesh", "Node", "Scene", "Texture"),
     "softshadows.scene.shot": ("Shot", "load_shot"),
+    "softshadows.techniques.frame_passes": ("Images",),
 }
 """Where the public names live; a module listed under its own name stands for itself."""
 
@@ -51,6 +53,7 @@ __all__ = [
     "DiskLight",
     "Frame",
     "FrameStats",
+    "Images",
     "LineLight",
     "Material",
     "Mesh",

@@ -53,23 +53,6 @@ class Frame:
     lights: list[Light]
     stats: FrameStats
 
-    @classmethod
-    def of(cls, images: Mapping[str, npt.NDArray], lights: list[Light], stats: FrameStats) -> Frame:
-        """The frame that was read back as color, position (with the depth in w) and normal, (height, width, 4) float32,
-        and visibility."""
-        position = images["position"]
-        surface = position[..., 3] > 0.0
-        return cls(
-            color=np.ascontiguousarray(images["color"][..., :3]),
-            visibility=images["visibility"],
-            position=np.ascontiguousarray(position[..., :3]),
-            normal=np.ascontiguousarray(images["normal"][..., :3]),
-            depth=np.where(surface, position[..., 3], np.float32(np.inf)),
-            surface=surface,
-            lights=lights,
-            stats=stats,
-        )
-
     @property
     def facing(self) -> Bools:
         """(lights, height, width) bool: all of the light before the surface, the surface before a one-sided light."""
@@ -88,3 +71,20 @@ class Frame:
             surface=self.surface,
             facing=self.facing,
         )
+
+
+def frame_of(images: Mapping[str, npt.NDArray], lights: list[Light], stats: FrameStats) -> Frame:
+    """The frame that was read back as color, position (view depth in w) and normal, (height, width, 4) float32, and
+    visibility."""
+    position = images["position"]
+    surface = position[..., 3] > 0.0
+    return Frame(
+        color=np.ascontiguousarray(images["color"][..., :3]),
+        visibility=images["visibility"],
+        position=np.ascontiguousarray(position[..., :3]),
+        normal=np.ascontiguousarray(images["normal"][..., :3]),
+        depth=np.where(surface, position[..., 3], np.float32(np.inf)),
+        surface=surface,
+        lights=lights,
+        stats=stats,
+    )

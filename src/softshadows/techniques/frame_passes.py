@@ -9,7 +9,7 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError
-from softshadows.frame import Frame, FrameStats
+from softshadows.frame import Frame, FrameStats, frame_of
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.growing import GrowingBuffer
@@ -118,7 +118,7 @@ class FramePasses:
         except DeviceError:
             self.mean.forget()
             raise
-        return Frame.of(images, self.submitted.lights, self._stats(images, self.submitted))
+        return frame_of(images, self.submitted.lights, self._stats(images, self.submitted))
 
     def finished(self) -> FrameStats | None:
         """Statistics of the last frame that has finished, of those whose statistics alone were copied."""
