@@ -13,7 +13,8 @@ import numpy.typing as npt
 
 import softshadows as ss
 from softshadows.lights.lattice import Lattice
-from softshadows.techniques.adaptive.sampling import CONTROL_WORDS, SURE_LEVELS, TILE, AdaptiveSampling
+from softshadows.techniques.adaptive.sampling import SURE_LEVELS, AdaptiveSampling
+from softshadows.techniques.adaptive.tree_buffers import CONTROL_WORDS, TILE
 
 Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int, int]
@@ -87,7 +88,7 @@ class Gpu:
 
     def words(self, buffer: str) -> npt.NDArray[np.uint32]:
         device = self.sampling._context.gpu.device
-        return np.frombuffer(device.queue.read_buffer(self.sampling._buffers[buffer]), "<u4")
+        return np.frombuffer(device.queue.read_buffer(getattr(self.sampling.buffers, buffer)), "<u4")
 
     def _by_tree(self, buffer: str, rows: int) -> npt.NDArray[np.uint32]:
         trees = (1, 1) if self.is_global else self.tiles

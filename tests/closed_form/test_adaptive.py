@@ -423,7 +423,7 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
         renderer.prepare()
         renderer.passes.technique.set_lights(STANDARD.lights)
         (sampling,) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
-        sizes = {name: buffer.size for name, buffer in sampling._buffers.items()}
+        sizes = {name: buffer.size for name, buffer in vars(sampling.buffers).items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
         assert sizes["masks"] == tiles * model.TILE**2 * 40
         assert max(sizes.values()) <= 128 << 20, sizes  # WebGPU's default maxStorageBufferBindingSize
