@@ -8,7 +8,7 @@
 // Loops in place of branches. llvmpipe runs the body of a branch though no invocation takes it, but not a loop's when none
 // goes round. A costly body that few invocations need stands in a loop of at most one round.
 
-override rounds_of_dispatch: u32 = 50000;  // that an invocation may count; the rest is for loops that do not
+override rounds_of_dispatch: u32;  // that an invocation may count; what the driver allows beside is for loops that do not
 
 // Rounds that an invocation has left.
 fn rounds_after(left: u32, spent: u32) -> u32 {

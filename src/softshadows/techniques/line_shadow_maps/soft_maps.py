@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
 from softshadows.gpu.program import DrawProgram, Program, Resource
 from softshadows.scene.lights import Light
@@ -23,20 +24,22 @@ from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_l
 
 _FOLDER = "techniques/line_shadow_maps"
 _USAGE = wgpu.BufferUsage
-REPORT_WORDS = 4
-CONTRADICTION_WORDS = 32
+REPORT_WORDS = 1 + constant(f"{_FOLDER}/skins.wgsl", "DROPPED")
+CONTRADICTION_WORDS = 1 + constant(f"{_FOLDER}/choose.wgsl", "TESTED")
 CHANNEL_FORMAT = "rg16float"
 BYTES_PER_TEXEL = 8
 """Depth and two channels."""
 TEXELS_PER_SKIN = 32
 """Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128."""
-TESTED_PIXELS = 32
+TESTED_PIXELS = 8 * constant(f"{_FOLDER}/choose.wgsl", "PIXEL_STEP")
 """Along the side of a workgroup of the test."""
 TOLERANCE = 1e-4
 """The share of pixels with contradictions that auto accepts. Measured: docs/decisions/0013-line-shadow-maps.md."""
 THRESHOLD_TEXELS = 1.0
 """The least depth of a discontinuity, in texels of its distance."""
-CLEAR_OFFSET, DRAW_OFFSET, DRAW_BYTES = 0, 16, 32
+CLEAR_OFFSET, DRAW_OFFSET = (4 * constant(f"{_FOLDER}/skins.wgsl", name) for name in ("CLEAR", "DRAW"))
+DRAW_BYTES = 16
+"""Of one draw's arguments."""
 _QUADS = {"topology": "triangle-list"}
 _LEAST = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
 
@@ -112,7 +115,7 @@ class SoftMaps:
         self._contradictions = gpu.storage_buffer(4 * CONTRADICTION_WORDS, "the contradictions")
         indirect = _USAGE.STORAGE | _USAGE.INDIRECT
         self._search = gpu.buffer(16, indirect, "the dispatch of the search for skins")
-        self._draws = gpu.buffer(DRAW_BYTES, indirect, "the draws of the skins")
+        self._draws = gpu.buffer(2 * DRAW_BYTES, indirect, "the draws of the skins")
         self._nearest = gpu.storage_buffer(4 * plan.samples * COLUMNS * plan.tile, "the rows' nearest surfaces")
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
         self.channels = gpu.texture((plan.atlas_size, plan.atlas_size), CHANNEL_FORMAT, usage, "the channels")
@@ -130,52 +133,15 @@ class SoftMaps:
         return buffer
 
     def _make_programs(self) -> None:
-        options, seen, looks = self._options, self._context.gbuffer.resources, self.maps.resources
-
-        def program(file: str, entry: str, resources: dict[str, Resource], **constants: float) -> Program:
-            return Program(self.gpu, f"{_FOLDER}/{file}.wgsl", entry, resources, constants=constants)
-
-        choice: dict[str, Resource] = {
-            **seen,
-            **looks,
-            "control": self.control,
-            "contradictions": self._contradictions,
-            "requests": self.maps.requests,
-        }
-        constants = {"knows_rows": options.looks_for_gaps, "tolerance": TOLERANCE}
-        self._begin = program("choose", "cs_begin", choice, **constants)
-        test, choose = (program("choose", entry, choice, **constants) for entry in ("cs_test", "cs_choose"))
-        self._tests = [(test, test.bind(halving=halving)) for halving in self._halvings]
-        self._choices = [(choose, choose.bind(halving=halving)) for halving in self._halvings]
-
-        found: dict[str, Resource] = {
-            **looks,
-            "control": self.control,
-            "state": self.maps.state,
-            "draws": self._draws,
-            "skins": self.skins,
-            "search": self._search,
-            "report": self._report,
-            "nearest_in_row": self._nearest,
-        }
-        constants = {"capacity": self._capacity, "threshold_texels": THRESHOLD_TEXELS}
-        self._prepare, self._find, self._finish = (
-            program("skins", entry, found, **constants) for entry in ("cs_prepare", "cs_find", "cs_finish")
-        )
-        self._clear_channels = self._draw_program("clear", {}, "always", looks)
-        self._draw_skins = self._draw_program(
-            "skin",
-            {"blend": {"color": _LEAST, "alpha": _LEAST}},
-            "greater-equal",
-            {**looks, "skins": self.skins},
-            is_rational=options.is_rational,
-        )
-        self._look = program(
+        """In the order in which they run."""
+        self._make_choices()
+        self._make_channels()
+        options = self._options
+        self._look = self._program(
             "visibility",
             "cs_visibility",
             {
-                **seen,
-                **looks,
+                **self._context.gbuffer.resources,
                 "control": self.control,
                 "channels": self._channels_view,
                 "report": self._report,
@@ -187,9 +153,48 @@ class SoftMaps:
             by_ends=options.by_ends,
         )
 
-    def _draw_program(
-        self, kind: str, target: dict, compare: str, resources: dict[str, Resource], **constants: float
-    ) -> DrawProgram:
+    def _program(self, file: str, entry: str, resources: dict[str, Resource], **constants: float) -> Program:
+        """One that looks into the maps."""
+        used = {**self.maps.resources, **resources}
+        return Program(self.gpu, f"{_FOLDER}/{file}.wgsl", entry, used, constants=constants)
+
+    def _make_choices(self) -> None:
+        """What finds out which samples are in use."""
+        options = self._options
+        used: dict[str, Resource] = {
+            **self._context.gbuffer.resources,
+            "control": self.control,
+            "contradictions": self._contradictions,
+            "requests": self.maps.requests,
+        }
+        self._begin, test, choose = (
+            self._program("choose", entry, used, knows_rows=options.looks_for_gaps, tolerance=TOLERANCE)
+            for entry in ("cs_begin", "cs_test", "cs_choose")
+        )
+        self._tests = [(test, test.bind(halving=halving)) for halving in self._halvings]
+        self._choices = [(choose, choose.bind(halving=halving)) for halving in self._halvings]
+
+    def _make_channels(self) -> None:
+        """What finds the skins and draws them."""
+        options = self._options
+        used: dict[str, Resource] = {
+            "control": self.control,
+            "state": self.maps.state,
+            "draws": self._draws,
+            "skins": self.skins,
+            "search": self._search,
+            "report": self._report,
+            "nearest_in_row": self._nearest,
+        }
+        self._prepare, self._find, self._finish = (
+            self._program("skins", entry, used, capacity=self._capacity, threshold_texels=THRESHOLD_TEXELS)
+            for entry in ("cs_prepare", "cs_find", "cs_finish")
+        )
+        self._clear_channels = self._draw_program("clear", {}, "always")
+        least = {"blend": {"color": _LEAST, "alpha": _LEAST}}
+        self._draw_skins = self._draw_program("skin", least, "greater-equal", is_rational=options.is_rational)
+
+    def _draw_program(self, kind: str, target: dict, compare: str, **constants: float) -> DrawProgram:
         """What draws into the channels, behind the maps' surfaces as `compare` says."""
         depth = {"format": "depth32float", "depth_write_enabled": False, "depth_compare": compare}
         return DrawProgram(
@@ -197,7 +202,7 @@ class SoftMaps:
             f"{_FOLDER}/channels.wgsl",
             f"vs_{kind}",
             f"fs_{kind}",
-            resources,
+            {**self.maps.resources, "skins": self.skins},
             state={"primitive": _QUADS, "depth_stencil": depth},
             targets=[{"format": CHANNEL_FORMAT, **target}],
             constants=constants,

@@ -58,6 +58,7 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Program, Resource
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
@@ -67,8 +68,8 @@ from softshadows.techniques.options import Choice, choice, one_of, option
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
 _FOLDER = "techniques/occluding_edges"
-CELLS = 64
-"""Of a row: stretches that one lane walks (edge_map.wgsl)."""
+CELLS = constant(f"{_FOLDER}/edge_map.wgsl", "CELLS")
+"""Of a row: stretches that one lane walks."""
 BYTES_PER_TEXEL = 4 + 4
 """Of the depth maps and of the edge map."""
 NEAREST_OCCLUDER = 0.5

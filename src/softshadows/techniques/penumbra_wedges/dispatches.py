@@ -9,18 +9,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from softshadows.gpu.commands import SUBMIT_MS
+from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.techniques.penumbra_wedges.edge_buffers import CLUSTER, EdgeBuffers
 
-TILE = 8
+_FOLDER = "techniques/penumbra_wedges"
+TILE = constant(f"{_FOLDER}/tile.wgsl", "TILE")
 ROUNDS = 50_000
 """`rounds_of_dispatch` of gpu/driver.wgsl."""
-EDGE_ROUNDS = {True: 18, False: 1}
-"""Of loops that an edge may take in union.wgsl, and in wedges.wgsl."""
-OBJECT_ROUNDS = 12
-"""Of loops that an object takes in wedges.wgsl besides its clusters: over quarters, and to find the clusters."""
-UNION_BYTES, WEDGE_BYTES = 288, 672
-"""What a receiver keeps between dispatches: UnionState in union.wgsl, WedgeState in wedges.wgsl."""
+OBJECT_ROUNDS = constant(f"{_FOLDER}/wedges.wgsl", "OBJECT_ROUNDS")
 MOST_BYTES = 2**26
 """Of all receivers in a band."""
 PRIMITIVES_PER_LOOKUP = 80
@@ -52,31 +49,31 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
     milliseconds /= gpu.lookups_per_ms
     bands = min(rows, 1 + int(milliseconds / SUBMIT_MS))
 
-    edge_rounds = EDGE_ROUNDS[is_union]
+    edge_rounds, state_bytes = (constant(_combination(is_union), name) for name in ("EDGE_ROUNDS", "STATE_BYTES"))
     longest_step = 8 + CLUSTER * edge_rounds  # a cluster, and the way back to it; a tile pauses when this is not left
-    parts = -(-_rounds(edges, is_union) // (ROUNDS - longest_step))
-    row_bytes = columns * TILE**2 * (UNION_BYTES if is_union else WEDGE_BYTES)
+    parts = -(-_rounds(edges, edge_rounds, is_union) // (ROUNDS - longest_step))
+    row_bytes = columns * TILE**2 * state_bytes
     if parts > 1:
         bands = max(bands, -(-rows // max(MOST_BYTES // row_bytes, 1)))
     return Dispatches(
         band_rows=tuple(rows * band // bands for band in range(bands + 1)),
         parts=max(parts, 1),
         milliseconds=milliseconds,
-        state_bytes=-(-rows // bands) * row_bytes if parts > 1 else max(UNION_BYTES, WEDGE_BYTES),
-        constants={
-            "is_in_parts": parts > 1,
-            "rounds_of_dispatch": ROUNDS,
-            "edge_rounds": edge_rounds,
-            **({} if is_union else {"object_rounds": OBJECT_ROUNDS}),
-        },
+        state_bytes=-(-rows // bands) * row_bytes if parts > 1 else state_bytes,
+        constants={"is_in_parts": parts > 1, "rounds_of_dispatch": ROUNDS},
     )
 
 
-def _rounds(edges: EdgeBuffers, is_union: bool) -> int:
+def _combination(is_union: bool) -> str:
+    """The shader that says how occluders are combined."""
+    return f"{_FOLDER}/{'union' if is_union else 'wedges'}.wgsl"
+
+
+def _rounds(edges: EdgeBuffers, edge_rounds: int, is_union: bool) -> int:
     """Of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster and each of its items."""
     clusters = edges.edge_cluster_count + edges.triangle_cluster_count
     walking = clusters + clusters // CLUSTER + 2
-    items = walking + edges.triangle_count + EDGE_ROUNDS[is_union] * edges.edge_count
+    items = walking + edges.triangle_count + edge_rounds * edges.edge_count
     if is_union:
         return items
     sheets = 1 if edges.is_closed.all() else 2  # of an object: what turns its front, and what turns its back

@@ -13,14 +13,15 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
+from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype
 from softshadows.gpu.program import Resource
 from softshadows.scene.edges import MeshEdges, edges_of
 from softshadows.scene.geometry import Geometry
 
-CLUSTER = 64
-"""Edges or triangles that are looked at together: one for each lane of a workgroup (silhouettes.wgsl, walk.wgsl)."""
+CLUSTER = constant("techniques/penumbra_wedges/silhouettes.wgsl", "CLUSTER")
+"""Edges or triangles that are looked at together."""
 
 Numbers = npt.NDArray[np.int64]
 

@@ -16,7 +16,8 @@
 // Are silhouettes those of the light's centre, or of any of its points? [Laine2005 §4]
 override from_every_sample: bool = false;
 
-const CLUSTER = 64u;
+const CLUSTER = 64u;           // edges or triangles that are looked at together, one for each lane
+const GROUPS_PER_ROW = 32768u;  // of a dispatch
 const FAR = 3e38;
 
 var<workgroup> lowest: array<vec3f, CLUSTER>;
@@ -26,7 +27,7 @@ fn vertex_in_light_units(vertex: u32) -> vec3f {
     return to_light_units(vertex_position_ws(vertex) - side.center_ws);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(CLUSTER)
 fn cs_planes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let triangle = linear_group(group) * CLUSTER + lane;
     if triangle >= arrayLength(&planes) {
@@ -38,7 +39,7 @@ fn cs_planes(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_inde
 
 // Dispatches are folded into rows, since one dimension holds 65535 groups at most.
 fn linear_group(group: vec3u) -> u32 {
-    return group.y * 32768u + group.x;
+    return group.y * GROUPS_PER_ROW + group.x;
 }
 
 // +1 where the triangle lies to the left of the edge as its receivers see it, -1 to the right, 0 without a triangle; as the
@@ -61,15 +62,14 @@ fn cuts_light(side: u32) -> bool {
     return abs(plane.w) <= abs(plane.x) + abs(plane.y);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(CLUSTER)
 fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let cluster = linear_group(group);
     if cluster >= side.edge_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];
-    lowest[lane] = vec3f(FAR);
-    highest[lane] = vec3f(-FAR);
+    begin_box(lane);
     if lane < range.y {
         let record = edge_records[range.x + lane];
         var a = vertex_in_light_units(record.x);
@@ -99,15 +99,14 @@ fn cs_edges(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index
     write_cluster(cluster, lane, range);
 }
 
-@compute @workgroup_size(64)
+@compute @workgroup_size(CLUSTER)
 fn cs_triangles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let cluster = side.edge_cluster_count + linear_group(group);
     if linear_group(group) >= side.triangle_cluster_count {
         return;
     }
     let range = cluster_ranges[cluster];
-    lowest[lane] = vec3f(FAR);
-    highest[lane] = vec3f(-FAR);
+    begin_box(lane);
     if lane < range.y {
         let vertices = triangle_vertices(triangle_records[range.x + lane].w);
         let a = vertex_in_light_units(vertices.x);
@@ -151,6 +150,12 @@ fn cuts_light_area(a: vec3f, b: vec3f, c: vec3f) -> bool {
     }
     let along = end - start;
     return abs(start.x * along.y - start.y * along.x) <= abs(along.x) + abs(along.y);
+}
+
+// A lane's box, around nothing.
+fn begin_box(lane: u32) {
+    lowest[lane] = vec3f(FAR);
+    highest[lane] = vec3f(-FAR);
 }
 
 // The box around all lanes' boxes.

@@ -13,6 +13,7 @@
 
 //#include "light_frame.wgsl"
 
+const TILE = 8u;    // pixels along its side
 const LANES = 64u;
 
 struct WedgeReceiver {
@@ -25,7 +26,7 @@ struct WedgeReceiver {
 };
 
 fn wedge_receiver(group: vec2u, local: vec2u) -> WedgeReceiver {
-    let pixel = (group + vec2u(0u, band.first_row)) * 8u + local;
+    let pixel = (group + vec2u(0u, band.first_row)) * TILE + local;
     var receiver: WedgeReceiver;
     if any(pixel >= frame.size) {
         return receiver;
@@ -43,7 +44,7 @@ fn wedge_receiver(group: vec2u, local: vec2u) -> WedgeReceiver {
 
 // Place of a receiver's state among those of the band (walk.wgsl).
 fn state_index(group: vec2u, lane: u32) -> u32 {
-    let columns = (frame.size.x + 7u) / 8u;
+    let columns = (frame.size.x + TILE - 1u) / TILE;
     return (group.y * columns + group.x) * LANES + lane;
 }
 

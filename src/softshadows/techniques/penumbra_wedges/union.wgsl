@@ -12,7 +12,7 @@
 
 @group(1) @binding(6) var<storage, read> edge_records: array<vec4u>;  // ends, triangle sides (silhouettes.wgsl)
 
-override edge_rounds: u32 = 18;  // of loops that an edge may take: its own, one for each row of points, and one to leave them
+const EDGE_ROUNDS = 18u;        // of loops that an edge may take: its own, one for each row of points, and one to leave them
 
 const ROWS = 16u;
 const ROW_BITS = 0xffffu;
@@ -22,6 +22,7 @@ const CENTER = 7.5;             // the light's centre, as column and as row
 const NEAR = 1e-6;              // an edge is cut this close to the receiver's height, as a share of its farther end's distance from it
 
 // What a receiver keeps between dispatches.
+const STATE_BYTES = 288u;
 struct UnionState {
     walk: vec4u,
     counts: array<u32, 48>,

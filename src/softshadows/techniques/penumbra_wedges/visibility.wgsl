@@ -7,7 +7,7 @@
 
 //#include "wedges.wgsl"
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE, TILE)
 fn cs_visibility(
     @builtin(workgroup_id) group: vec3u,
     @builtin(local_invocation_id) local: vec3u,

@@ -1,7 +1,7 @@
 // All lanes of a tile walk together over clusters, 64 at a time, and over the edges in those that are in the shaft. A walk pauses
 // where a dispatch may not end it (gpu/driver.wgsl), and receivers keep what they know (dispatches.py).
 //
-// The including file declares `edge_rounds`, the rounds of loops that an edge may take, and
+// The including file declares `EDGE_ROUNDS`, the rounds of loops that an edge may take, and
 //     load_edge(lane, cluster, shaft)        bring an edge of a cluster into `shared_edges`; is it a silhouette in the shaft?
 //     add_shared_edge(index, receiver)       take it in
 
@@ -94,12 +94,12 @@ fn add_edges(lane: u32, receiver: WedgeReceiver, first: u32, count: u32, walk: p
         var near = near_clusters(lane, shaft, first, start, count);
         for (; any(near != vec2u(0u)); near = without_first_vote(near)) {
             let index = start + first_vote(near);
-            if must_pause(walk, 1u + LANES * edge_rounds) {
+            if must_pause(walk, 1u + LANES * EDGE_ROUNDS) {
                 (*walk).edge_cluster = index;
                 return;
             }
             let in_shaft = votes(lane, load_edge(lane, clusters[first + index], shaft));
-            spend(walk, 1u + vote_count(in_shaft) * edge_rounds);
+            spend(walk, 1u + vote_count(in_shaft) * EDGE_ROUNDS);
             for (var rest = in_shaft; any(rest != vec2u(0u)); rest = without_first_vote(rest)) {
                 if receiver.is_lightable {
                     add_shared_edge(first_vote(rest), receiver.point);

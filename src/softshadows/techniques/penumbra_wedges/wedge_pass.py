@@ -19,6 +19,7 @@ import wgpu
 
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
+from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, Vec3f, dtype, pack
 from softshadows.gpu.program import Bindings, Program
 from softshadows.lights.record import Light as LightRecord
@@ -36,8 +37,7 @@ from softshadows.techniques.penumbra_wedges.edge_buffers import (
 )
 
 _FOLDER = "techniques/penumbra_wedges"
-GROUPS_PER_ROW = 32768
-"""Of a long dispatch, folded into rows (silhouettes.wgsl)."""
+GROUPS_PER_ROW = constant(f"{_FOLDER}/silhouettes.wgsl", "GROUPS_PER_ROW")
 RECEIVER_OFFSET = 2.0**-18
 """How far receivers are moved off their surface, and the light off a lamp's, as a share of the largest coordinate
 around: 4 µm per metre. Four times what frees rays (truth/tracer.py), since light units round once more."""

@@ -13,10 +13,11 @@ const PROBABILISTIC = 1u;
 const OVERLAP = 2u;
 
 override blending: u32 = OVERLAP;
-override edge_rounds: u32 = 1;     // of loops that an edge takes: its own (dispatches.py)
-override object_rounds: u32 = 12;  // that an object takes besides its clusters'
+const EDGE_ROUNDS = 1u;      // of loops that an edge takes: its own
+const OBJECT_ROUNDS = 12u;   // that an object takes besides its clusters': over quarters, and to find the clusters
 
 // What a receiver keeps between dispatches.
+const STATE_BYTES = 672u;
 struct WedgeState {
     walk: vec4u,
     silhouette: array<Part, PARTS>,
@@ -102,7 +103,7 @@ fn add_occluders(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) 
         }
         for (var near = votes(lane, is_near); any(near != vec2u(0u)); near = without_first_vote(near)) {
             (*walk).object = start + first_vote(near);
-            if must_pause(walk, object_rounds) {
+            if must_pause(walk, OBJECT_ROUNDS) {
                 return;
             }
             add_object(lane, receiver, objects[(*walk).object], walk);
@@ -110,7 +111,7 @@ fn add_occluders(lane: u32, receiver: WedgeReceiver, walk: ptr<function, Walk>) 
                 return;
             }
             blend_object();
-            spend(walk, object_rounds);
+            spend(walk, OBJECT_ROUNDS);
             (*walk).triangle_cluster = 0u;
             (*walk).edge_cluster = 0u;
             layers = vec2u(0u);
