@@ -99,10 +99,11 @@ class Renderer:
     def images(self) -> Images:
         """The last frame on the GPU. Ask after every frame: another size, or more lights, bring others, and those of
         before are destroyed."""
-        self.prepare()
+        with self._gpu.lock:
+            self.prepare()
         return self._ready.images
 
-    # -- The four steps, which may be called apart ---------------------------------------------------------------------
+    # -- The four steps, which may be called apart: with the device's lock where others work on it, too ---------------
 
     def prepare(self) -> None:
         """Bring the scene on the GPU up to date, and build what is missing."""

@@ -12,8 +12,12 @@ from wgpu.backends import wgpu_native
 
 import softshadows as ss
 import stage
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import acquire
+from softshadows.gpu.shared_scene import open_scene
+from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.techniques import TECHNIQUES
+from softshadows.techniques.frame_passes import FramePasses
 
 all_techniques = pytest.mark.parametrize("name", list(TECHNIQUES))
 OTHER_CAMERA = ss.Camera((-1.0, 2.0, 2.5), (0.0, 0.2, 0.0), 50.0)
@@ -45,6 +49,43 @@ def test_a_second_renderer_and_more_lights_compile_nothing(name: str) -> None:
             assert renderer.passes.technique is at_work, "the pass was built again"
             for layer in frame.visibility[1:]:
                 assert stage.same_bits(layer, frame.visibility[0])
+
+
+def test_lights_that_come_and_go_leave_nothing_behind() -> None:
+    """On the GPU: what grew stays, what was made for a number of lights goes."""
+    scene = stage.standard_scene()
+    with ss.Renderer(scene, technique=stage.cheap("hard"), size=stage.SIZE) as renderer:
+        counts = []
+        for number in range(8):
+            scene.lights = [stage.RECT] * (1 + number % 3)
+            renderer.draw(stage.CAMERA)
+            renderer.render(stage.CAMERA)
+            assert renderer.passes is not None
+            counts.append([len(owner.owned or []) for owner in (renderer.passes._gpu, renderer.passes._reading)])
+    assert counts[3:] == counts[2:3] * 5
+
+
+def test_passes_opened_together_share_what_the_camera_sees() -> None:
+    """Two techniques side by side, on one G-buffer, in one frame."""
+    gpu, scene = acquire().owner(), stage.standard_scene()
+    shared = open_scene(gpu, scene)
+    gbuffer = GBuffer(gpu, shared.update(), stage.SIZE)
+    techniques = [stage.cheap("hard"), stage.cheap("pcss")]
+    beside = [FramePasses(gpu.owner(), gbuffer, lambda light, each=each: each) for each in techniques]
+    commands = Commands(gpu, beside[0].timer)
+    gbuffer.set_camera(stage.CAMERA, len(scene.lights))
+    gbuffer.encode(commands)
+    for passes in beside:
+        passes.prepare(len(scene.lights))
+        passes.groups.write(scene.lights, 0)
+        passes.groups.encode(commands)
+    commands.submit()
+    for technique, passes in zip(techniques, beside, strict=True):
+        found = np.frombuffer(gpu.device.queue.read_buffer(passes.images.visibility), np.float32)
+        assert stage.same_bits(found, stage.render(scene, technique).visibility.ravel())
+        passes.release()
+    gpu.release()
+    shared.close()
 
 
 def test_a_new_technique_compiles() -> None:

@@ -45,8 +45,9 @@ class SharedScene:
 
     def forget(self) -> None:
         """Release the buffers: the next `update` uploads the scene anew."""
-        self._buffers = None
-        self._gpu.release()
+        with self._gpu.lock:
+            self._buffers = None
+            self._gpu.release()
 
     def close(self) -> None:
         """Say goodbye: with its last user a scene leaves the device."""

@@ -67,6 +67,7 @@ class FramePasses:
         self.groups = LightGroups(
             RenderContext(gpu, gbuffer.scene, gbuffer, self._visibility, memory_budget), technique_of
         )
+        self._reading = gpu.owner()
         self.submitted: Submitted
         self._finished: FrameStats | None = None
         self._light_count = -1
@@ -94,6 +95,7 @@ class FramePasses:
         width, height = self.gbuffer.size
         self._visibility.hold(4 * light_count * width * height)
         self.groups.prepare(light_count)
+        self._reading.release()
         self.readback = self._statistics()
         self.readback.add_texture("color", self.shading.color, "<f4", 4)
         self.readback.add_texture("position", self.gbuffer.position, "<f4", 4)
@@ -104,7 +106,7 @@ class FramePasses:
 
     def _statistics(self) -> Readback:
         """A read-back of all that is no image."""
-        readback = Readback(self._gpu)
+        readback = Readback(self._reading)
         if self.timer.enabled:
             readback.add_buffer("stamps", self.timer.buffer, "<u8", (CAPACITY,))
         for name, (buffer, dtype, shape) in self.groups.results.items():
@@ -146,5 +148,6 @@ class FramePasses:
         )
 
     def release(self) -> None:
-        """Destroy what is on the GPU, the G-buffer apart."""
+        """Destroy all that was made through the same owner, and what is read back."""
+        self._reading.release()
         self._gpu.release()
