@@ -21,7 +21,14 @@ if TYPE_CHECKING:
     from softshadows.renderer import Renderer, render
     from softshadows.scene import builtin as scenes
     from softshadows.scene.camera import Camera
-    from softshadows.scene.lights import DirectionalLight, DiskLight, LineLight, PointLight, RectLight, SpotLight
+    from softshadows.scene.lights import (
+        DirectionalLight,
+        DiskLight,
+        LineLight,
+        PointLight,
+        RectLight,
+        SpotLight,
+    )
     from softshadows.scene.load import load_scene
     from softshadows.scene.model import Material, Mesh, Node, Scene, Texture
     from softshadows.scene.shot import Shot, load_shot
@@ -38,7 +45,14 @@ _HOMES = {
     "softshadows.renderer": ("Renderer", "render"),
     "softshadows.scene.builtin": ("scenes",),
     "softshadows.scene.camera": ("Camera",),
-    "softshadows.scene.lights": ("DirectionalLight", "DiskLight", "LineLight", "PointLight", "RectLight", "SpotLight"),
+    "softshadows.scene.lights": (
+        "DirectionalLight",
+        "DiskLight",
+        "LineLight",
+        "PointLight",
+        "RectLight",
+        "SpotLight",
+    ),
     "softshadows.scene.load": ("load_scene",),
     "softshadows.scene.model": ("Material", "Mesh", "Node", "Scene", "Texture"),
     "softshadows.scene.shot": ("Shot", "load_shot"),

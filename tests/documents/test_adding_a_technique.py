@@ -1,7 +1,4 @@
-"""The written steps of docs/adding_a_technique.md, followed to the letter in a copy of the package, give a technique.
-
-The page's blocks of code name the files that they are.
-"""
+"""The steps of docs/adding_a_technique.md, followed to the letter in a copy of the package, give a technique."""
 
 from __future__ import annotations
 
@@ -14,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
+from written_steps import blocks, follow
+
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "docs" / "adding_a_technique.md"
-BLOCK = re.compile(r'^```(\w+) title="([^"]+)"\n(.*?)^```$', re.MULTILINE | re.DOTALL)
 NAME = "four_points"
 
 RENDER = """
@@ -44,28 +42,10 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """The environment of a process that imports the copy in which the page's steps have been followed."""
     source = tmp_path_factory.mktemp("copy") / "src"
     shutil.copytree(ROOT / "src", source, ignore=shutil.ignore_patterns("__pycache__"))
-    blocks = BLOCK.findall(PAGE.read_text(encoding="utf-8"))
-    assert [Path(file).name for _, file, _ in blocks] == ["__init__.py", f"{NAME}.py", f"{NAME}.wgsl", "__init__.py"]
-    for language, file, text in blocks:
-        path = source.parent / file
-        if language == "diff":
-            path.write_text(patched(path.read_text(encoding="utf-8"), text), encoding="utf-8")
-        else:
-            assert not path.exists(), f"{file} is there already"
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+    files = [Path(file).name for _, file, _ in blocks(PAGE)]
+    assert files == ["__init__.py", f"{NAME}.py", f"{NAME}.wgsl", "__init__.py"]
+    follow(PAGE, source.parent)
     return {**os.environ, "PYTHONPATH": str(source)}
-
-
-def patched(text: str, changes: str) -> str:
-    """`text` with every added line of `changes` after the unchanged line that stands before it there."""
-    before = ""
-    for line in changes.splitlines():
-        if line.startswith("+"):
-            assert text.count(before + "\n") == 1, f"{before!r} does not stand once in the file"
-            text = text.replace(before + "\n", f"{before}\n{line[1:]}\n")
-        before = line[1:]
-    return text
 
 
 def run(environment: dict[str, str], *arguments: str) -> str:
@@ -94,7 +74,7 @@ def test_it_passes_the_tests_that_every_technique_has(environment: dict[str, str
 
 
 def test_the_page_is_formatted_as_the_code_is(tmp_path: Path) -> None:
-    for language, file, text in BLOCK.findall(PAGE.read_text(encoding="utf-8")):
+    for language, file, text in blocks(PAGE):
         if language == "python" and text:
             path = tmp_path / Path(file).name
             path.write_text(text, encoding="utf-8")

@@ -125,9 +125,17 @@ class Light:
         return replace(self, **{name: _shifted(place, offset) for name, place in places.items()})
 
     def in_plane(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """Metres along right and up of points (x, y) of the square [−1, 1]²; equal areas map to equal areas."""
+        """Metres along right and up of points (x, y) of the square [−1, 1]²; equal areas map to equal areas.
+
+        Round lights take the concentric map of Shirley and Chiu (1997): squares become circles.
+        """
         a, b = self.half_extent
-        return a * x, b * y
+        if not self.is_round:
+            return a * x, b * y
+        outer = np.where(np.abs(x) > np.abs(y), x, y)
+        safe = np.where(outer == 0.0, 1.0, outer)
+        angle = np.where(np.abs(x) > np.abs(y), (np.pi / 4.0) * y / safe, np.pi / 2.0 - (np.pi / 4.0) * x / safe)
+        return a * outer * np.cos(angle), b * outer * np.sin(angle)
 
     def points(self, s: Array, t: Array) -> Array:
         """World positions, (..., 3) float64, of points (s, t) of the unit square, mapped as by `in_plane`."""
@@ -246,13 +254,6 @@ class DiskLight(_Face):
     @property
     def without_size(self) -> Self:
         return replace(self, radius=0.0)
-
-    def in_plane(self, x: Array, y: Array) -> tuple[Array, Array]:
-        """The concentric map of Shirley and Chiu (1997): squares become circles, areas keep their ratio."""
-        outer = np.where(np.abs(x) > np.abs(y), x, y)
-        safe = np.where(outer == 0.0, 1.0, outer)
-        angle = np.where(np.abs(x) > np.abs(y), (np.pi / 4.0) * y / safe, np.pi / 2.0 - (np.pi / 4.0) * x / safe)
-        return self.radius * outer * np.cos(angle), self.radius * outer * np.sin(angle)
 
 
 @dataclass(frozen=True)
@@ -407,6 +408,14 @@ class DirectionalLight(Light):
 
 
 LIGHT_CLASSES: Mapping[str, type[Light]] = {
-    light.kind: light for light in (RectLight, DiskLight, LineLight, PointLight, SpotLight, DirectionalLight)
+    light.kind: light
+    for light in (
+        RectLight,
+        DiskLight,
+        LineLight,
+        PointLight,
+        SpotLight,
+        DirectionalLight,
+    )
 }
 """By kind."""
