@@ -148,7 +148,7 @@ fn merged_influence(first_is_lit: bool, second_is_lit: bool, shares: vec2f) -> v
 }
 
 // [Reimann2016 §3.4 substep 4.1] What lies at a penumbra's texel is in that penumbra, seen or not, unless both samples see it.
-// The two ends take their turns in a loop, which a fragment that has no use for them skips.
+// Both ends are looked at in loops, which a fragment that has no use for them skips (gpu/driver.wgsl).
 fn edge_influence(first: Look, second: Look) -> vec2f {
     let seen = u32(first.lit) + u32(second.lit);
     var shares = vec2f(1.0);

@@ -106,8 +106,20 @@ fn cross_column(next: u32, is_upper: bool, change: i32) {
     }
 }
 
-// An edge that has more layers on its left than on its right: 1 or 2 of them, or as many fewer. All that is asked of its place relative to the points
-// is asked once, for each row, so that its crossings fit together whatever rounding does.
+// The row of points that an edge, walked upward from `start`, comes to first.
+fn first_row_above(start: vec3f) -> u32 {
+    let row = u32(clamp(ceil(start.y / start.z), 0.0, 16.0));
+    if row > 0u && start.y <= f32(row - 1u) * start.z {
+        return row - 1u;
+    }
+    if row < ROWS && start.y > f32(row) * start.z {
+        return row + 1u;
+    }
+    return row;
+}
+
+// An edge that has more layers on its left than on its right: 1 or 2 of them, or as many fewer. All that is asked of its place
+// relative to the points is asked once, for each row, so that its crossings fit together whatever rounding does.
 fn add_silhouette(a: vec3f, b: vec3f, counter_clockwise: bool, left_minus_right: i32) {
     let least = NEAR * max(abs(a.z), abs(b.z));
     if max(a.z, b.z) <= least {
@@ -132,12 +144,7 @@ fn add_silhouette(a: vec3f, b: vec3f, counter_clockwise: bool, left_minus_right:
 
     var is_right = start.x >= CENTER * start.z;
     var is_upper = start.y > CENTER * start.z;
-    var row = u32(clamp(ceil(start.y / start.z), 0.0, 16.0));
-    if row > 0u && start.y <= f32(row - 1u) * start.z {
-        row -= 1u;
-    } else if row < ROWS && start.y > f32(row) * start.z {
-        row += 1u;
-    }
+    var row = first_row_above(start);
     loop {
         if !is_upper && row == 8u {
             if end.y <= CENTER * end.z {
