@@ -19,3 +19,15 @@ fn seen_by(light: Light, receiver: Receiver) -> Receiver {
     seen.normal_ls = to_light_space(light, receiver.normal_ws);
     return seen;
 }
+
+// False behind a one-sided light.
+fn is_on_emitting_side(light: Light, receiver: Receiver) -> bool {
+    return light.is_one_sided == 0u || receiver.position_ls.z < 0.0;
+}
+
+// The lowest and the highest that the light reaches above the receiver's plane; of a round light, its square's corners.
+fn heights_of(light: Light, receiver: Receiver) -> vec2f {
+    let center = -dot(receiver.normal_ls, receiver.position_ls);
+    let reach = abs(receiver.normal_ls.x) * light.half_width + abs(receiver.normal_ls.y) * light.half_height;
+    return vec2f(center - reach, center + reach);
+}

@@ -61,7 +61,7 @@ fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32, deepest: u32) -> ve
 @compute @workgroup_size(TILE, TILE)
 fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
     let pixel = tree_pixel(group.xy, local.xy);
-    let receivers = receivers_of_tile(pixel.surface, lane);
+    let receivers = receivers_of_tile(pixel.receiver, lane);
     if lane == 0u && levels.first == 0u {
         count_lookups(pixel.tree, receivers);
         if pixel.tile == 0u {
@@ -71,13 +71,13 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if !pixel.exists {
         return;
     }
-    if !pixel.surface.is_surface || !is_active(pixel.tree) {
-        visibility[pixel.at] = visibility_without_tree(pixel.surface);
+    if !pixel.receiver.is_surface || !is_active(pixel.tree) {
+        visibility[pixel.receiver.index] = visibility_without_tree(pixel.receiver);
         return;
     }
-    let change = select(0.0, visibility[pixel.at], shape.has_brackets == 1u);  // bracket.wgsl
+    let change = select(0.0, visibility[pixel.receiver.index], shape.has_brackets == 1u);  // bracket.wgsl
     // Between passes of the deferred evaluation, visibility holds the visible weight.
-    var visible = select(visibility[pixel.at], 0.0, levels.first == 0u);
+    var visible = select(visibility[pixel.receiver.index], 0.0, levels.first == 0u);
     var total = 0.0;
     let deepest = deepest_drawn();
     for (var level = 0u; level <= deepest; level++) {
@@ -93,5 +93,5 @@ fn cs_average(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if !paper_weights {
         total = 4.0 * cell_area(0u);
     }
-    visibility[pixel.at] = select(visible, visible / total + change, levels.end > shape.deepest);
+    visibility[pixel.receiver.index] = select(visible, visible / total + change, levels.end > shape.deepest);
 }

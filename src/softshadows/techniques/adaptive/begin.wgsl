@@ -13,27 +13,18 @@
 
 var<workgroup> undecided: atomic<u32>;
 
-// The lowest and the highest of the light's corners above the plane through `point`, as (lowest, highest).
-fn corner_heights(point: vec3f, normal: vec3f) -> vec2f {
-    let center = -dot(normal, point);
-    let reach = abs(normal.x) * light.half_width + abs(normal.y) * light.half_height;
-    return vec2f(center - reach, center + reach);
-}
-
 // No light arrives, or all of it: the receiver is turned away, or nothing can shadow its surroundings.
 fn is_decided(pixel: vec2u) -> bool {
     if any(pixel >= frame.size) {
         return true;
     }
-    let receiver = load_receiver(pixel);
+    let receiver = seen_by(light, load_receiver(pixel));
     if !receiver.is_surface || shape.is_global == 1u {
         return !receiver.is_surface;
     }
-    let point = to_light_space(light, receiver.position_ws - light.center_ws);
-    let heights = corner_heights(point, to_light_space(light, receiver.normal_ws));
-    let is_behind = light.is_one_sided == 1u && point.z >= 0.0;
+    let heights = heights_of(light, receiver);
     let tile = pixel.y / TILE * tiles_across() + pixel.x / TILE;  // whose pixels are those of one box
-    return is_behind || heights.y <= 0.0 || (heights.x > 0.0 && receiver_boxes[tile].count == 0.0);
+    return !is_on_emitting_side(light, receiver) || heights.y <= 0.0 || (heights.x > 0.0 && receiver_boxes[tile].count == 0.0);
 }
 
 // The samples at the light's corners, in a row of samples.

@@ -27,10 +27,10 @@ fn correction(start: RayStart, pixel: vec2u, first: u32, last: u32) -> f32 {
 @compute @workgroup_size(TILE, TILE)
 fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u, @builtin(local_invocation_index) lane: u32) {
     let pixel = tree_pixel(group.xy, local.xy);
-    if !pixel.surface.is_surface || !is_active(pixel.tree) {
+    if !pixel.receiver.is_surface || !is_active(pixel.tree) {
         return;
     }
-    let start = ray_start(pixel.surface);
+    let start = ray_start(pixel.receiver);
     let seen = remembered(pixel.tile, 0u, lane);
     var change = 0.0;
     var rays = 0u;
@@ -43,7 +43,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
             rays += 4u;
         }
     }
-    visibility[pixel.at] = change / cell_area(0u);
+    visibility[pixel.receiver.index] = change / cell_area(0u);
     atomicAdd(&control.bracket_rays, rays);
     if was_cut_short {
         atomicOr(&control.cut_short, 1u);

@@ -163,20 +163,19 @@ fn uncertain_samples(row: u32, asked: u32, is_mixed: bool) -> u32 {
     return select(0u, asked, is_mixed);
 }
 
-fn filtered(sample: vec2u, pixel: TreePixel, receiver: Receiver, lane: u32, width: u32, is_seen: bool) -> f32 {
+fn filtered(sample: vec2u, pixel: TreePixel, lane: u32, width: u32, is_seen: bool) -> f32 {
     let number = sample.y * shape.columns + sample.x;
     if pcf_texels > 0u {
-        return filtered_by_pcf(number, receiver);
+        return filtered_by_pcf(number, pixel.receiver);
     }
-    let ratio = silhouette_ratio(receiver, pixel.tile, pixel.tree, lane, sample.y, sample.x, width, is_seen);
+    let ratio = silhouette_ratio(pixel.receiver, pixel.tile, pixel.tree, lane, sample.y, sample.x, width, is_seen);
     if ratio > 1.0 {
-        return filtered_by_cell(number, receiver, width, ratio);
+        return filtered_by_cell(number, pixel.receiver, width, ratio);
     }
     return f32(is_seen);
 }
 
 fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f32 {
-    let receiver = seen_by(light, pixel.surface);
     var visible = 0.0;
     var total = 0.0;
     for (var row = 0u; row < shape.sample_rows; row++) {
@@ -192,7 +191,7 @@ fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f3
             let is_seen = bit_of(seen, column) == 1u;
             var lit = f32(is_seen);
             if bit_of(uncertain, column) == 1u {
-                lit = filtered(vec2u(column, row), pixel, receiver, lane, share.spacing, is_seen);
+                lit = filtered(vec2u(column, row), pixel, lane, share.spacing, is_seen);
             }
             visible += share.weight * lit;
             total += share.weight;
@@ -208,9 +207,9 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
         atomicStore(&seen_by_all[lane], 0xffffffffu);
     }
     let pixel = tree_pixel(group.xy, local.xy);
-    let receivers = receivers_of_tile(pixel.surface, lane);
+    let receivers = receivers_of_tile(pixel.receiver, lane);
     let deepest = deepest_drawn();
-    let has_work = pixel.surface.is_surface && is_active(pixel.tree);
+    let has_work = pixel.receiver.is_surface && is_active(pixel.tree);
     var known = Known(false, false);
     if has_work {
         known = known_of(pixel, lane, deepest);
@@ -224,10 +223,10 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     }
     let is_mixed = known.sees_some && known.misses_some;
     if !has_work {
-        visibility[pixel.at] = visibility_without_tree(pixel.surface);
+        visibility[pixel.receiver.index] = visibility_without_tree(pixel.receiver);
     } else if pcf_texels == 0u && !is_mixed {
-        visibility[pixel.at] = select(0.0, 1.0, known.sees_some);
+        visibility[pixel.receiver.index] = select(0.0, 1.0, known.sees_some);
     } else {
-        visibility[pixel.at] = filtered_sum(pixel, lane, deepest, is_mixed);
+        visibility[pixel.receiver.index] = filtered_sum(pixel, lane, deepest, is_mixed);
     }
 }

@@ -19,8 +19,7 @@ struct TreePixel {
     tile: u32,
     tree: u32,
     place: vec2u,      // in the image
-    at: u32,           // in the visibility
-    surface: Receiver,
+    receiver: Receiver,
 };
 
 fn tree_pixel(group: vec2u, local: vec2u) -> TreePixel {
@@ -30,33 +29,32 @@ fn tree_pixel(group: vec2u, local: vec2u) -> TreePixel {
     found.place = tile_origin(found.tile) + local;
     found.exists = all(found.place < frame.size);
     if found.exists {
-        found.surface = load_receiver(found.place);
-        found.at = visibility_index(light, found.place, frame.size);
+        found.receiver = seen_by(light, load_receiver(found.place));
+        found.receiver.index = visibility_index(light, found.place, frame.size);
     }
     return found;
 }
 
 // How many of the tile's pixels show a surface. For all of its invocations at once.
-fn receivers_of_tile(surface: Receiver, lane: u32) -> u32 {
+fn receivers_of_tile(receiver: Receiver, lane: u32) -> u32 {
     if lane == 0u {
         atomicStore(&receivers, 0u);
     }
     workgroupBarrier();
-    if surface.is_surface {
+    if receiver.is_surface {
         atomicAdd(&receivers, 1u);
     }
     workgroupBarrier();
     return atomicLoad(&receivers);
 }
 
-fn is_before_light(surface: Receiver) -> bool {
-    let point = to_light_space(light, surface.position_ws - light.center_ws);
-    return dot(to_light_space(light, surface.normal_ws), point) < 0.0 && (light.is_one_sided == 0u || point.z < 0.0);
+fn is_before_light(receiver: Receiver) -> bool {
+    return dot(receiver.normal_ls, receiver.position_ls) < 0.0 && is_on_emitting_side(light, receiver);
 }
 
 // What is known without a tree: nothing is seen from behind the light, nor from a receiver that is turned away.
-fn visibility_without_tree(surface: Receiver) -> f32 {
-    return select(1.0, 0.0, surface.is_surface && !is_before_light(surface));
+fn visibility_without_tree(receiver: Receiver) -> f32 {
+    return select(1.0, 0.0, receiver.is_surface && !is_before_light(receiver));
 }
 
 // The area of a level's cell, in cells of the deepest level.
