@@ -47,6 +47,7 @@ class GBuffer:
     def __init__(self, gpu: Gpu, scene: SceneBuffers, size: tuple[int, int]) -> None:
         self._gpu, self.scene, self.size = gpu, scene, size
         self.bytes = BYTES_PER_PIXEL * size[0] * size[1]
+        gpu.check_buffer(4 * size[0] * size[1], "the visibility of one light")  # before textures exhaust the memory
 
         def texture(format: str, usage: int) -> wgpu.GPUTexture:
             return gpu.texture(size, format, usage, "the image")
