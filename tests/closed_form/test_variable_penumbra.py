@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache, partial
 from typing import Any
 
@@ -12,8 +13,11 @@ import softshadows as ss
 import stage
 from softshadows.gpu import layout
 from softshadows.gpu.device import acquire
-from softshadows.techniques.sampled import SampledPass, center_sample
-from softshadows.techniques.taps import taps, upload_taps
+from softshadows.lights.sample_sets import Sampling, center_sample
+from softshadows.techniques import Technique
+from softshadows.techniques.base import RenderContext
+from softshadows.techniques.light_pass import LightPass, Lookups, map_source
+from softshadows.techniques.taps import taps
 from softshadows.techniques.variable_penumbra import variable_penumbra
 from softshadows.techniques.variable_penumbra.variable_penumbra import (
     Bands,
@@ -22,6 +26,7 @@ from softshadows.techniques.variable_penumbra.variable_penumbra import (
     VariablePenumbra,
     mip_level,
 )
+from softshadows.visibility.maps.shadow_maps import MapOptions
 from softshadows.visibility.maps.structs import ShadowView
 
 SIZE = (160, 120)
@@ -33,48 +38,34 @@ BOX = stage.box((-0.6, 0.0, -0.5), (0.3, 1.1, 0.4))
 FIXED, BANDS = Fixed(), Bands()
 UNREACHED = 1000.0
 """A strength that no edge has."""
+Combine = Callable[[RenderContext], Lookups]
 make = partial(VariablePenumbra, resolution=RESOLUTION)
 
 
-def build_with_margin(monkeypatch: pytest.MonkeyPatch, cls: type, margin: int, shader: str, **options: Any) -> None:
-    """Give a technique the margin of another, so that both have the same map."""
-    monkeypatch.setattr(
-        cls,
-        "build",
-        lambda self, context: SampledPass(
-            context,
-            shader,
-            samples_of=center_sample,
-            takes_center_only=True,
-            resolution=self.resolution,
-            lookups=float,
-            margin_texels=margin,
-            **dict[str, Any]({key: value(context) if callable(value) else value for key, value in options.items()}),
-        ),
-    )
+def frame_with_margin(
+    scene: ss.Scene, technique: Technique, margin: int, combine: Combine, monkeypatch: Any
+) -> ss.Frame:
+    """A technique with the margin of another, so that both have the same map."""
+
+    def build(self: Technique, context: RenderContext) -> LightPass:
+        maps = map_source(context, RESOLUTION, MapOptions(margin_texels=margin))
+        return LightPass(context, Sampling(center_sample, ignores_size=True), maps, combine(context))
+
+    with monkeypatch.context() as patch:
+        patch.setattr(type(technique), "build", build)
+        return stage.render(scene, technique, SIZE)
 
 
 def hard_frame(scene: ss.Scene, technique: VariablePenumbra, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
     """The hard shadow in the map that `technique` has."""
-    shader = "techniques/uniform/uniform.wgsl"
-    with monkeypatch.context() as patch:
-        build_with_margin(patch, ss.techniques.Hard, margin_of(technique), shader)
-        return stage.render(scene, ss.techniques.Hard(resolution=RESOLUTION), SIZE)
+    average = partial(Lookups, shader="techniques/uniform/uniform.wgsl")
+    return frame_with_margin(scene, ss.techniques.Hard(), margin_of(technique), average, monkeypatch)
 
 
 def pcf_frame(scene: ss.Scene, kernel: int, margin: int, monkeypatch: pytest.MonkeyPatch) -> ss.Frame:
     """Plain PCF, everywhere, in a map with that margin."""
-    shader = "techniques/pcf/pcf.wgsl"
-    with monkeypatch.context() as patch:
-        build_with_margin(
-            patch,
-            ss.techniques.Pcf,
-            margin,
-            shader,
-            constants={"tap_count": kernel**2, "half_kernel_texels": kernel / 2},
-            resources=lambda context: {"taps": upload_taps(context.gpu, taps("poisson", kernel**2))},
-        )
-        return stage.render(scene, ss.techniques.Pcf(resolution=RESOLUTION), SIZE)
+    pcf = ss.techniques.Pcf(kernel=kernel, pattern="poisson")
+    return frame_with_margin(scene, pcf, margin, pcf.filtered, monkeypatch)
 
 
 def margin_of(technique: VariablePenumbra) -> int:
@@ -105,15 +96,15 @@ def mask_of(scene: ss.Scene, technique: VariablePenumbra) -> np.ndarray:
     """The mask as the GPU left it, (cells, cells) uint32, for a map of RESOLUTION²."""
     with ss.Renderer(scene, technique=technique, size=SIZE) as renderer:
         renderer.render(stage.CAMERA)
-        words = np.frombuffer(acquire().device.queue.read_buffer(renderer.passes.technique._mask), "<u4")  # type: ignore[union-attr]
+        words = np.frombuffer(acquire().device.queue.read_buffer(renderer.passes.technique.combination._mask), "<u4")  # type: ignore[union-attr]
     side = round(len(words) ** 0.5)
     return words.reshape(side, side)
 
 
 def texels_per_metre(renderer: ss.Renderer) -> float:
     """Of the only view of a map whose light shines straight down."""
-    (atlas,) = renderer.passes.technique._atlases.values()  # type: ignore[union-attr]
-    data = bytes(acquire().device.queue.read_buffer(atlas.views))  # type: ignore[arg-type]
+    ((maps, _),) = renderer.passes.technique.turns  # type: ignore[union-attr]
+    data = bytes(acquire().device.queue.read_buffer(maps.views))  # type: ignore[arg-type]
     views = np.frombuffer(data, layout.dtype(ShadowView))
     return float(views["texels_per_unit"][0].min())
 

@@ -20,13 +20,6 @@ BESIDE: dict[str, Technique] = {
     "adaptive-global": ss.techniques.Adaptive(max_depth=2, refinement="global", resolution=256),
 }
 SUBJECTS = {**{name: stage.cheap(name) for name in TECHNIQUES}, **BESIDE}
-KEEPS_LOOSE_WINDOWS = ("uniform", "adaptive", "adaptive-global", "line_shadow_maps", "occluding_edges")
-"""A map is kept while it holds what the camera sees, though a new renderer would fit it more tightly."""
-
-
-def subjects() -> list[Any]:
-    known = pytest.mark.xfail(reason="windows of earlier frames still serve", strict=True)
-    return [pytest.param(name, marks=[known] if name in KEEPS_LOOSE_WINDOWS else []) for name in SUBJECTS]
 
 
 def light_at(light: Any, offset: np.ndarray) -> Any:
@@ -38,7 +31,7 @@ def light_at(light: Any, offset: np.ndarray) -> Any:
     return dataclasses.replace(light, start=tuple(np.add(light.start, offset)), end=tuple(np.add(light.end, offset)))
 
 
-@pytest.mark.parametrize("name", subjects())
+@pytest.mark.parametrize("name", list(SUBJECTS))
 def test_a_frame_is_that_of_a_new_renderer_whatever_came_before(name: str) -> None:
     """To the last bit: after cameras that see more, less and nothing, near and far, and lights here and there.
 

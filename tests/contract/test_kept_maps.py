@@ -18,8 +18,9 @@ import stage
 from softshadows.gpu.commands import SUBMIT_MS
 from softshadows.gpu.device import acquire
 from softshadows.techniques import Adaptive, Technique, Uniform
+from softshadows.techniques.light_pass import LightPass
 from softshadows.visibility.maps.plan import plan_atlas
-from softshadows.visibility.maps.shadow_atlas import DRAW_BYTES, DRAWN_BYTES, DRAWS, ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import DRAW_BYTES, DRAWS, HEAD_BYTES, ShadowMaps
 
 SIZE = (61, 45)
 KEEPING: dict[str, Technique] = {
@@ -29,6 +30,8 @@ KEEPING: dict[str, Technique] = {
     "adaptive-cell": Adaptive(resolution=256, max_depth=2, filter="cell"),
 }
 """Techniques whose maps all fit the atlas."""
+BUDGET = {"uniform": 10, "adaptive": 100, "adaptive-global": 100, "adaptive-cell": 10}
+"""MiB for the maps of one light, but not of two."""
 OTHER = dataclasses.replace(stage.RECT, position=(-1.5, 3.0, 1.0), width=2.0)
 
 every_keeper = pytest.mark.parametrize("name", list(KEEPING))
@@ -38,18 +41,17 @@ def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
     return ss.Renderer(made, technique=KEEPING[name], size=SIZE)
 
 
-def atlas_of(renderer: ss.Renderer) -> ShadowAtlas:
-    """The atlas of the light that took the last turn."""
-    owner = renderer.passes.technique._turns[-1][0]  # type: ignore[union-attr]
-    atlas = owner if isinstance(owner, ShadowAtlas) else owner._atlas
-    assert atlas.keeps_maps
-    return atlas
+def maps_of(renderer: ss.Renderer, light: int = -1) -> ShadowMaps:
+    """Those of a light, which by default took the last turn."""
+    at_work = renderer.passes.technique
+    if isinstance(at_work, LightPass):
+        return at_work.turns[light][0]
+    return at_work._turns[light][0]._maps  # type: ignore[union-attr]
 
 
-def instances(renderer: ss.Renderer) -> npt.NDArray[np.uint32]:
-    """(chunks, DRAWS): the views that each draw of the last light's last frame drew into."""
-    atlas = atlas_of(renderer)
-    words = np.frombuffer(acquire().device.queue.read_buffer(atlas.draws, DRAWN_BYTES), "<u4")
+def instances(renderer: ss.Renderer, light: int = -1) -> npt.NDArray[np.uint32]:
+    """(chunks, DRAWS): the views that each draw of a light's last frame drew into."""
+    words = np.frombuffer(acquire().device.queue.read_buffer(maps_of(renderer, light).draws, HEAD_BYTES), "<u4")
     return words.reshape(-1, DRAWS, DRAW_BYTES // 4)[:, :, 1]
 
 
@@ -125,9 +127,15 @@ CAMERAS = {
 
 @every_keeper
 def test_after_a_small_step_of_the_camera_maps_serve_or_are_drawn_again(name: str) -> None:
-    """Kept maps have other texels than new ones, so that single pixels at edges differ: 0.01 in the mean at most."""
+    """Where looser fits are kept: they have other texels than new ones, so that single pixels at edges differ.
+
+    By 0.01 in the mean at most.
+    """
     made = stage.standard_scene()
     with renderer_of(made, name) as renderer:
+        renderer.prepare()
+        assert renderer.passes.technique is not None
+        renderer.passes.technique.keeps_looser_fits = True
         renderer.render(stage.CAMERA)
         kept = redrawn = 0
         for step, camera in CAMERAS.items():
@@ -143,6 +151,40 @@ def test_after_a_small_step_of_the_camera_maps_serve_or_are_drawn_again(name: st
             assert same_frame(again, frame)
         assert kept > 0, "no step is small enough to keep anything"
         assert redrawn > 0, "no step is large enough to draw anything"
+
+
+@every_keeper
+def test_each_of_several_lights_keeps_its_own_maps(name: str) -> None:
+    """Where they have room; only the one that moves is drawn again."""
+    nodes = stage.standard_scene().nodes
+    further = dataclasses.replace(OTHER, width=1.5)
+    with renderer_of(ss.Scene(nodes, [stage.RECT, OTHER]), name) as renderer:
+        first = renderer.render(stage.CAMERA)
+        assert instances(renderer, 0).any()
+        assert instances(renderer, 1).any()
+        assert same_frame(renderer.render(stage.CAMERA), first)
+        assert not instances(renderer, 0).any()
+        assert not instances(renderer, 1).any()
+        renderer.scene.lights = [stage.RECT, further]
+        frame = renderer.render(stage.CAMERA)
+        assert not instances(renderer, 0).any()
+        assert instances(renderer, 1).any()
+        expected = fresh(ss.Scene(nodes, [stage.RECT, further]), stage.CAMERA, name)[0]
+        assert same_frame(frame, expected)
+
+
+@every_keeper
+def test_lights_without_room_for_all_maps_take_turns(name: str) -> None:
+    nodes = stage.standard_scene().nodes
+    lights = [stage.RECT, OTHER]
+    apart = fresh(ss.Scene(nodes, lights), stage.CAMERA, name)[0]
+    with ss.Renderer(
+        ss.Scene(nodes, lights), technique=KEEPING[name], size=SIZE, memory_budget=BUDGET[name]
+    ) as renderer:
+        for _ in range(2):
+            assert same_frame(renderer.render(stage.CAMERA), apart)
+            assert maps_of(renderer, 0) is maps_of(renderer, 1)
+            assert instances(renderer).any()
 
 
 @every_keeper

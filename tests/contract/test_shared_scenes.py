@@ -188,7 +188,7 @@ def test_what_is_released_is_destroyed(leave: Any, monkeypatch: pytest.MonkeyPat
     before = renderer.render(stage.CAMERA)
     images, passes = renderer.images, renderer.passes
     assert passes is not None
-    atlas = next(iter(passes.technique._atlases.values()))  # type: ignore[attr-defined]
+    atlas = passes.technique.turns[0][0]  # type: ignore[attr-defined]
     held = [images.color, images.visibility, images.position, images.normal, atlas.depth, atlas.views]
     held += [passes.gbuffer.scene.positions, passes.gbuffer.scene.pages, passes.readback._staging]
     leave(renderer)

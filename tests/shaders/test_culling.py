@@ -15,8 +15,8 @@ import stage
 from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import dtype
 from softshadows.scene.builtin import shapes
-from softshadows.techniques.sampled import SampledPass
-from softshadows.visibility.maps import shadow_atlas
+from softshadows.techniques.light_pass import LightPass
+from softshadows.visibility.maps import shadow_maps
 
 GRID = 3
 EDGE_ON_SHARE = 1e-5  # of the texels
@@ -70,13 +70,13 @@ def surrounded() -> ss.Scene:
 
 
 def depths(renderer: ss.Renderer) -> npt.NDArray[np.float32]:
-    """The atlas of the renderer's last frame, (size, size) float32."""
-    atlas = atlas_of(renderer)
-    device, size = acquire().device, atlas.plan.atlas_size
+    """The maps of the renderer's last frame, (size, size) float32."""
+    maps = maps_of(renderer)
+    device, size = acquire().device, maps.plan.atlas_size
     result = device.create_buffer(size=4 * size**2, usage=wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.COPY_SRC)
     module = device.create_shader_module(code=KERNEL)
     pipeline = device.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "cs_read"})
-    resources = [atlas.depth.create_view(), {"buffer": result}]
+    resources = [maps.depth.create_view(), {"buffer": result}]
     bindings = device.create_bind_group(
         layout=pipeline.get_bind_group_layout(0),
         entries=[{"binding": i, "resource": resource} for i, resource in enumerate(resources)],
@@ -91,10 +91,10 @@ def depths(renderer: ss.Renderer) -> npt.NDArray[np.float32]:
     return np.frombuffer(bytes(device.queue.read_buffer(result)), np.float32).reshape(size, size)
 
 
-def atlas_of(renderer: ss.Renderer) -> shadow_atlas.ShadowAtlas:
-    assert isinstance(renderer.passes.technique, SampledPass)
-    (atlas,) = renderer.passes.technique._atlases.values()  # type: ignore[union-attr]
-    return atlas
+def maps_of(renderer: ss.Renderer) -> shadow_maps.ShadowMaps:
+    assert isinstance(renderer.passes.technique, LightPass)
+    ((maps, _),) = renderer.passes.technique.turns
+    return maps
 
 
 def rendered(scene: ss.Scene, camera: ss.Camera = stage.CAMERA) -> tuple[ss.Frame, npt.NDArray[np.float32], set[int]]:
@@ -102,16 +102,16 @@ def rendered(scene: ss.Scene, camera: ss.Camera = stage.CAMERA) -> tuple[ss.Fram
     technique = ss.techniques.Uniform(grid=GRID, resolution=256)
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:
         frame = renderer.render(camera)
-        atlas = atlas_of(renderer)
-        views = np.frombuffer(bytes(acquire().device.queue.read_buffer(atlas.views)), dtype(shadow_atlas.ShadowView))
-        faces = set((np.flatnonzero(views["size"][:, 0]) % shadow_atlas.FACES).tolist())
+        maps = maps_of(renderer)
+        views = np.frombuffer(bytes(acquire().device.queue.read_buffer(maps.views)), dtype(shadow_maps.ShadowView))
+        faces = set((np.flatnonzero(views["size"][:, 0]) % shadow_maps.FACES).tolist())
         return frame, depths(renderer), faces
 
 
 @pytest.fixture
 def culling(monkeypatch: pytest.MonkeyPatch) -> Callable[[bool], None]:
     """Switches culling on or off, wherever the light is."""
-    return lambda on: monkeypatch.setattr(shadow_atlas, "reaches_into", lambda *_: not on)
+    return lambda on: monkeypatch.setattr(shadow_maps, "reaches_into", lambda *_: not on)
 
 
 def same_maps_without_culling(
@@ -145,7 +145,7 @@ def test_boxes_lose_no_bit_on_any_face(culling: Callable[[bool], None]) -> None:
     for corner in (1.0, -1.0):
         camera = ss.Camera((2.2 * corner, 2.0 * corner, 2.3 * corner), (0.0, 0.0, 0.0), 100.0)
         faces |= same_maps_without_culling(surrounded(), camera, culling, share=0.0)
-    assert faces == set(range(shadow_atlas.FACES))
+    assert faces == set(range(shadow_maps.FACES))
 
 
 def test_the_wrong_side_would_be_seen(culling: Callable[[bool], None]) -> None:
@@ -194,13 +194,13 @@ def test_lights_that_reach_into_a_solids_box_are_told_apart(kind: str) -> None:
     gap = light.center[0] - reach - box[0, 1, 0]
     assert gap > 0.0
     for nudge, expected in ((-1e-6, False), (1e-6, True)):
-        assert shadow_atlas.reaches_into(box, light, gap + nudge) == expected
-    assert not shadow_atlas.reaches_into(box[:0], light, 1e9)
+        assert shadow_maps.reaches_into(box, light, gap + nudge) == expected
+    assert not shadow_maps.reaches_into(box[:0], light, 1e9)
 
 
 def test_a_directional_light_is_outside_everything() -> None:
     box = np.array([[(-1e3, -1e3, -1e3), (1e3, 1e3, 1e3)]])
-    assert not shadow_atlas.reaches_into(box, stage.LIGHTS["directional"], 1.0)
+    assert not shadow_maps.reaches_into(box, stage.LIGHTS["directional"], 1.0)
 
 
 def test_a_node_that_moves_over_the_light_is_no_longer_culled() -> None:

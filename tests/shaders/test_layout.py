@@ -14,6 +14,7 @@ from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import F32, I32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f, dtype, pack, wgsl
 from softshadows.lights.record import Chunk, Light, LightSamples, samples_record
 from softshadows.passes.gbuffer.gbuffer import FrameUniforms
+from softshadows.visibility import receivers
 from softshadows.visibility.maps import structs
 
 ALIGNMENT_AND_SIZE = {
@@ -53,7 +54,7 @@ class Outer(Struct):
 
 SHARED = [
     FrameUniforms, Light, scene_buffers.VertexAttributes, scene_buffers.MaterialRecord, texture_pages.TextureRecord,
-    Chunk, structs.ShadowMaps, structs.ShadowView, structs.ReceiverBox, structs.OccluderBox,
+    Chunk, structs.MapSettings, structs.ShadowView, receivers.ReceiverBox, receivers.OccluderBox,
 ]  # fmt: skip
 ALL = [Awkward, Small, *SHARED]
 

@@ -15,7 +15,7 @@ from softshadows.gpu.device import acquire
 from softshadows.gpu.layout import pack
 from softshadows.lights.record import light_record
 from softshadows.scene.lights import DirectionalLight, RectLight
-from softshadows.visibility.maps.structs import ShadowMaps
+from softshadows.visibility.maps.structs import MapSettings
 
 COUNT = 500
 RELATIVE = 2e-6
@@ -26,7 +26,7 @@ KERNEL = """
 //#include "visibility/maps/light_space.wgsl"
 @group(0) @binding(0) var<storage, read_write> result: array<vec4f>;
 @group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<uniform> maps: ShadowMaps;
+@group(0) @binding(2) var<uniform> maps: MapSettings;
 @group(0) @binding(3) var<storage, read> cases: array<vec4f>;  // vector; normal, plane offset; position, texel extent
 
 @compute @workgroup_size(1) fn cs_test(@builtin(workgroup_id) id: vec3u) {
@@ -74,10 +74,10 @@ def cases() -> npt.NDArray[np.float32]:
     )
 
 
-def maps() -> ShadowMaps:
+def maps() -> MapSettings:
     """With the depths that light_space.wgsl reads."""
-    others = dict.fromkeys((field.name for field in fields(ShadowMaps)), 0)
-    return ShadowMaps(**{**others, "near": NEAR, "far": FAR})  # type: ignore[arg-type]
+    others = dict.fromkeys((field.name for field in fields(MapSettings)), 0)
+    return MapSettings(**{**others, "near": NEAR, "far": FAR})  # type: ignore[arg-type]
 
 
 def run(kind: str, tmp_path: Path) -> npt.NDArray[np.float64]:

@@ -231,7 +231,6 @@ COMPILED_IN = {
     "frame.light_count",
     "levels.first",
     "maps.is_auto",
-    "maps.occluder_count",
     "shape.columns",
     "shape.comparison_step",
     "shape.deepest",

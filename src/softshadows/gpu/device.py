@@ -205,6 +205,10 @@ class Gpu:
         """So many timestamps for passes to write."""
         return self._own(self.device.create_query_set(type="timestamp", count=count))
 
+    def bundle_encoder(self, depth_format: str) -> wgpu.GPURenderBundleEncoder:
+        """For draws into depth alone, recorded once and replayed."""
+        return self.device.create_render_bundle_encoder(color_formats=[], depth_stencil_format=depth_format)
+
     def write(self, buffer: wgpu.GPUBuffer, offset: int, data: bytes | np.ndarray, *, what: Dependency) -> None:
         """Write contiguous `data` into `buffer` from `offset` bytes on, before the next submit.
 

@@ -16,6 +16,9 @@ from softshadows.scene.geometry import Geometry
 from softshadows.scene.model import Material, Texture
 
 _USAGE = wgpu.BufferUsage
+FEWEST_BOXES = 8
+"""So many fill the smallest buffer: shaders take a buffer's size for their number."""
+NOWHERE = 1e30
 NO_NORMAL = np.uint32(0xFFFFFFFF)
 
 
@@ -80,9 +83,7 @@ class SceneBuffers:
         )
         self.pages = self._pages(pages)
         self.pages_view = self.pages.create_view(dimension="2d-array")
-        boxes = _box_records(geometry)
-        self.occluder_count = len(boxes)
-        self.occluder_boxes = self._buffer(boxes, _USAGE.STORAGE, "the occluders' boxes")
+        self.occluder_boxes = self._buffer(_box_records(geometry), _USAGE.STORAGE, "the occluders' boxes")
 
     def move(self, geometry: Geometry) -> None:
         """Replace positions, normals and face normals after nodes moved; of the counts only solid_count may change."""
@@ -129,6 +130,9 @@ class SceneBuffers:
 
 def _box_records(geometry: Geometry) -> np.ndarray:
     boxes = cluster_boxes(geometry)
+    if len(boxes) < FEWEST_BOXES:  # of the others, nothing meets any
+        nothing = np.array([[[NOWHERE] * 3, [-NOWHERE] * 3]])
+        boxes = np.concatenate([boxes, np.repeat(nothing, FEWEST_BOXES - len(boxes), axis=0)])
     return np.pad(boxes, ((0, 0), (0, 0), (0, 1))).astype(np.float32)  # vec3f members are 16 bytes apart
 
 

@@ -38,6 +38,11 @@ class Lattice:
         return (1 << self.depth) + 1 if self.has_rows else 1
 
     @property
+    def samples(self) -> int:
+        """Points in all."""
+        return self.rows * self.columns
+
+    @property
     def dimensions(self) -> int:
         return self.has_columns + self.has_rows
 

@@ -1,5 +1,5 @@
 // Where on the light a pixel looks at a sample: where all pixels do, or at a place that no other pixel of its block looks at
-// (techniques/sub_positions.py). Places follow each other in light_samples, each with all samples.
+// (jitter.py). Places follow each other in light_samples, each with all samples.
 
 //#include "light_samples.wgsl"
 

@@ -1,6 +1,6 @@
 """Which meshes are solid: closed and wound outward, so that from outside the first triangle met faces the viewer.
 
-A shadow map of a solid needs only the triangles that face the light (`passes/shadow_atlas`).
+A shadow map of a solid needs only the triangles that face the light (`visibility/maps`).
 """
 
 from __future__ import annotations

@@ -51,13 +51,15 @@ class TechniquePass(ABC):
     """A technique at work: keeps its GPU state between frames.
 
     `refinements` counts the frames that `Renderer.refine` has averaged: a technique that samples the light then takes
-    other points (sub_positions.py).
+    other points (jitter.py). With `keeps_looser_fits`, as `Renderer.draw` sets it, shadow maps of an earlier frame
+    serve as long as they show all that this one sees, though a new renderer would fit them more tightly.
     """
 
     bytes: int = 0
     shadow_maps: int = 0
     lookups_per_pixel: float = 0.0
     refinements: int = 0
+    keeps_looser_fits: bool = False
 
     def __init__(self) -> None:
         self.warnings: list[str] = []

@@ -34,6 +34,7 @@ class FrameUniforms(Struct):
     near: F32
     size: Vec2u
     pixel_extent: F32
+    scene_diagonal: F32
 
 
 class GBuffer:
@@ -110,6 +111,7 @@ class GBuffer:
             near=max(1e-5 * self.scene.diagonal, 1e-6),
             size=self.size,
             pixel_extent=camera.pixel_extent(height),
+            scene_diagonal=self.scene.diagonal,
         )
         self._gpu.write(self.uniforms, 0, pack(uniforms), what="camera")
 

@@ -71,7 +71,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.lights.lattice import DEEPEST, Lattice, lattice_of
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.techniques.adaptive.plan import plan_batches, plan_rays
+from softshadows.techniques.adaptive.plan import plan_batches
 from softshadows.techniques.adaptive.sampling import REPORT_WORDS, AdaptiveSampling, SamplingOptions
 from softshadows.techniques.adaptive.tree_buffers import TILE
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
@@ -167,8 +167,8 @@ class AdaptivePass(TechniquePass):
         super().__init__()
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
-        self._samplings: dict[Lattice, AdaptiveSampling] = {}
-        self._written: tuple[tuple[Light, ...], Geometry, int] | None = None
+        self._samplings: dict[Lattice, list[AdaptiveSampling]] = {}
+        self._written: tuple[tuple[Light, ...], Geometry, int, bool] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
         self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
         self._denoise = None
@@ -178,28 +178,38 @@ class AdaptivePass(TechniquePass):
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         jitter = self.refinements
-        written = (tuple(lights), self._context.scene.geometry, jitter)
+        written = (tuple(lights), self._context.scene.geometry, jitter, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written = written
         if self._denoise is not None:
             self._denoise.set_layers(range(len(lights)))
         groups: dict[Lattice, list[tuple[Light, int]]] = {}
-        turns = []
         for layer, light in enumerate(lights):
-            lattice = lattice_of(light, self._technique.max_depth)
-            if lattice not in self._samplings:
-                self._samplings[lattice] = self._new_sampling(lattice)
-            group = groups.setdefault(lattice, [])
-            turns.append((self._samplings[lattice], len(group)))
-            group.append((light, layer))
+            groups.setdefault(lattice_of(light, self._technique.max_depth), []).append((light, layer))
+        turns: dict[int, tuple[AdaptiveSampling, int]] = {}
         for lattice, group in groups.items():
-            self._samplings[lattice].set_lights(group, jitter)
-        self._turns = turns
-        self.bytes = sum(sampling.bytes for sampling in self._samplings.values())
+            samplings = self._samplings_for(lattice, len(group))
+            for number, sampling in enumerate(samplings):
+                own = group[number :: len(samplings)]
+                sampling.set_lights(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
+                turns |= {layer: (sampling, index) for index, (_, layer) in enumerate(own)}
+        self._turns = [turns[layer] for layer in range(len(lights))]
+        self.bytes = sum(sampling.bytes for samplings in self._samplings.values() for sampling in samplings)
         if not isinstance(self._technique.visibility, Maps):
             self.bytes += tree_of(self._context.scene).bytes
         self.bytes += self._denoise.bytes if self._denoise is not None else 0
+
+    def _samplings_for(self, lattice: Lattice, lights: int) -> list[AdaptiveSampling]:
+        """One that so many lights take turns in, or one for each where all can stay in memory from frame to frame."""
+        samplings = self._samplings.setdefault(lattice, [])
+        if not samplings:
+            samplings.append(self._new_sampling(lattice))
+        first = samplings[0]
+        fits = lights * first.bytes <= self._context.memory_budget * 2**20
+        wanted = lights if first.can_cache and fits else 1
+        samplings += [self._new_sampling(lattice) for _ in range(wanted - len(samplings))]
+        return samplings[:wanted]
 
     def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
         context, technique = self._context, self._technique
@@ -217,7 +227,7 @@ class AdaptivePass(TechniquePass):
             offsets=self._rays.offsets,
         )
         if isinstance(technique.visibility, Rays):
-            plan, batches = plan_rays(lattice, technique.visibility.offsets)
+            plan, batches = None, [1] * (lattice.depth + 1)
         else:
             plan, batches = plan_batches(
                 context.gpu,

@@ -6,17 +6,11 @@ import numpy as np
 
 from softshadows.errors import DeviceError
 from softshadows.gpu.device import Gpu
-from softshadows.lights.jitter import places_of
 from softshadows.lights.lattice import Lattice
-from softshadows.visibility.maps.plan import AtlasPlan, plan_without_maps, tile_size
+from softshadows.visibility.maps.plan import AtlasPlan, tile_size
 
 BATCHES = (1, 2, 4, 8, 16)
 """By level: the most draws that its maps are cut into where they do not fit the atlas at full size."""
-
-
-def plan_rays(lattice: Lattice, offsets: str) -> tuple[AtlasPlan, list[int]]:
-    """No maps, and no draws."""
-    return plan_without_maps(lattice.rows * lattice.columns, places=places_of(offsets)), [1] * (lattice.depth + 1)
 
 
 def plan_batches(

@@ -27,15 +27,17 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Bindings, Program, Resource, declared
-from softshadows.lights.jitter import placed
+from softshadows.lights.jitter import placed, places_of
 from softshadows.lights.lattice import Lattice
+from softshadows.lights.sample_sets import SampledLight, SampleSet
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.structs import Levels, Step, TreeShape
 from softshadows.techniques.adaptive.tree_buffers import TreeBuffers, tiles_of
 from softshadows.techniques.base import RenderContext
 from softshadows.visibility.maps.plan import AtlasPlan
-from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 from softshadows.visibility.rays.tree import tree_of
+from softshadows.visibility.receivers import ReceiverBoxes
 
 _FOLDER = "techniques/adaptive"
 SURE_LEVELS = 3
@@ -79,24 +81,30 @@ class AdaptiveSampling:
         self,
         context: RenderContext,
         lattice: Lattice,
-        plan: AtlasPlan,
+        plan: AtlasPlan | None,
         batches: list[int],
         options: SamplingOptions,
         report: wgpu.GPUBuffer,
     ) -> None:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
-        self._uses_maps = options.visibility != "ray"
         self._tree = tree_of(context.scene) if options.visibility != "map" else None
-        is_bracketed = lattice.dimensions == 1 and options.max_maps >= plan.samples
+        is_bracketed = lattice.dimensions == 1 and options.max_maps >= lattice.samples
         is_bracketed &= not (options.paper_weights or options.is_deferred)
         self._has_brackets = options.visibility != "map" and is_bracketed
         self._has_probes = options.visibility == "ray" and not options.is_global
-        self._atlas = ShadowAtlas(context.gpu, context.scene, context.gbuffer, plan, keeps_maps=True)
+        gpu, scene, gbuffer = context.gpu, context.scene, context.gbuffer
+        self._maps: ShadowMaps | None = None
+        if plan is not None:
+            self._maps = ShadowMaps(gpu, scene, gbuffer, plan, MapOptions(caches=True))
+            self._samples, self._receivers = self._maps.samples, self._maps.receivers
+        else:
+            self._samples = SampleSet(gpu, lattice.samples, places=places_of(options.offsets))
+            self._receivers = ReceiverBoxes(gpu, scene, gbuffer, self._samples.light)
         self._tiles = tiles_of(context.gbuffer.size)
         mask_sets = 2 if options.visibility == "hybrid" else 1  # what is visible, and what maps are not certain about
         self.buffers = TreeBuffers(context.gpu, lattice, self._shape(), mask_sets)
-        self.bytes = self._atlas.bytes + self.buffers.bytes
+        self._own_bytes = self.buffers.bytes
         self._programs = self._make_programs(report)
         self._levels = [self._make_level(level) for level in range(lattice.depth + 1)]
         self._sums = self._make_sums()
@@ -112,7 +120,7 @@ class AdaptiveSampling:
         return self._options.is_global
 
     def _shape(self) -> TreeShape:
-        lattice, options = self._lattice, self._options
+        lattice, options, plan = self._lattice, self._options, self._plan
         return TreeShape(
             image_size=self._context.gbuffer.size,
             deepest=lattice.depth,
@@ -120,16 +128,16 @@ class AdaptiveSampling:
             has_rows=int(lattice.has_rows),
             columns=lattice.columns,
             sample_rows=lattice.rows,
-            sample_count=self._plan.samples,
+            sample_count=lattice.samples,
             refined_rows=(1 << lattice.depth) - 1 if lattice.has_rows else lattice.depth,
             is_global=int(options.is_global),
             sure_levels=0 if options.is_global else SURE_LEVELS,
             threshold=options.threshold,
             most_samples=options.max_maps,
             comparison_step=options.comparison_step,
-            is_resident=int(self._plan.holds_all),
-            largest_tile=self._plan.tile,
-            atlas_size=self._plan.atlas_size,
+            is_resident=int(plan is None or plan.holds_all),
+            largest_tile=plan.tile if plan is not None else 0,
+            atlas_size=plan.atlas_size if plan is not None else 0,
             has_probes=int(self._has_probes),
             has_brackets=int(self._has_brackets),
         )
@@ -139,8 +147,9 @@ class AdaptiveSampling:
         options, has_rays = self._options, self._tree is not None
         resources: dict[str, Resource] = {
             **self._context.gbuffer.resources,
-            **self._atlas.resources,
-            **self._atlas.fit_resources,
+            **self._samples.resources,
+            **self._receivers.resources,
+            **({**self._maps.resources, **self._maps.fit_resources} if self._maps is not None else {}),
             **(self._tree.resources if self._tree is not None else {}),
             **self.buffers.resources,
             "report": report,
@@ -160,11 +169,11 @@ class AdaptiveSampling:
         add("list")
         if self._has_probes:
             add("probe")
-        if self._uses_maps:
+        if self._maps is not None:
             add("fit")
             add("lookup", leaves_unknown=has_rays)
         if has_rays:
-            add("trace", follows_maps=self._uses_maps)
+            add("trace", follows_maps=self._maps is not None)
         add("compare")
         add("refine")
         if self._has_brackets:
@@ -207,7 +216,7 @@ class AdaptiveSampling:
 
     def _uniform(self, value: Step | Levels) -> wgpu.GPUBuffer:
         buffer = self._context.gpu.uniform(value)
-        self.bytes += buffer.size
+        self._own_bytes += buffer.size
         return buffer
 
     def _make_sums(self) -> list[Bindings]:
@@ -219,12 +228,24 @@ class AdaptiveSampling:
         average = self._programs["average"]
         return [average.bind(levels=self._uniform(Levels(first=first, end=end))) for first, end in ranges]
 
-    def set_lights(self, lights: list[tuple[Light, int]], jitter: int) -> None:
+    @property
+    def bytes(self) -> int:
+        shared = self._maps.bytes if self._maps is not None else self._samples.bytes + self._receivers.bytes
+        return self._own_bytes + shared
+
+    @property
+    def can_cache(self) -> bool:
+        """Can maps stay from frame to frame, where one light has them to itself?"""
+        return self._plan is not None and self._plan.holds_all
+
+    def set_lights(self, lights: list[tuple[Light, int]], jitter: int, *, keeps_looser_fits: bool) -> None:
         """Write this frame's lights, each with its layer of visibility."""
-        weights = np.ones(self._plan.samples)
-        self._atlas.set_lights(
-            [SampledLight(light, layer, self._points(light, jitter), weights) for light, layer in lights]
-        )
+        weights = np.ones(self._lattice.samples)
+        sampled = [SampledLight(light, layer, self._points(light, jitter), weights) for light, layer in lights]
+        if self._maps is not None:
+            self._maps.set_lights(sampled, keeps_looser_fits=keeps_looser_fits)
+        else:
+            self._samples.set_lights(sampled)
 
     def _points(self, light: Light, jitter: int) -> np.ndarray:
         points_at = partial(self._lattice.points, light, is_sheared=self._tree is not None)
@@ -235,7 +256,11 @@ class AdaptiveSampling:
         if self._tree is not None:
             self._tree.encode(commands)
         self.buffers.clear(commands.encoder)
-        self._atlas.encode_receivers(commands.encoder, commands.timer, index)
+        if self._maps is not None:
+            self._maps.encode_receivers(commands, index)
+        else:
+            self._samples.encode(commands.encoder, index)
+            self._receivers.encode(commands)
         with commands.compute("compare") as compute:
             self._programs["begin"].dispatch(compute, self._tiles)
         for level in range(self._lattice.depth + 1):
@@ -254,16 +279,16 @@ class AdaptiveSampling:
     def _encode_level(self, commands: Commands, level: int) -> None:
         programs, bound, dispatches = self._programs, self._levels[level], self.buffers.dispatches
         tiles = self.buffers.tile_dispatch(level)
-        with commands.compute("fit" if self._uses_maps else "trace") as compute:
+        with commands.compute("fit" if self._maps is not None else "trace") as compute:
             programs["list"].dispatch(compute, (1,), bound["list"][0])
-            if self._uses_maps:
+            if self._maps is not None:
                 samples = self.buffers.sample_dispatch(level)
                 programs["fit"].dispatch_indirect(compute, dispatches, samples, bound["fit"][0])
         if level == 0 and self._has_probes:
             with commands.compute("trace") as compute:
                 programs["probe"].dispatch_indirect(compute, dispatches, tiles)
-        if self._uses_maps:
-            self._encode_maps(commands, level)
+        if self._maps is not None:
+            self._encode_maps(commands, self._maps, level)
         for rays in bound.get("trace", ()):
             with commands.compute("trace") as compute:
                 programs["trace"].dispatch_indirect(compute, dispatches, tiles, rays)
@@ -276,13 +301,11 @@ class AdaptiveSampling:
                 groups = -(-self._tiles[0] * self._tiles[1] // REFINE_INVOCATIONS)
                 programs["refine"].dispatch(compute, (groups,), bound["refine"][0])
 
-    def _encode_maps(self, commands: Commands, level: int) -> None:
+    def _encode_maps(self, commands: Commands, maps: ShadowMaps, level: int) -> None:
         """Draw the level's maps, and look each up once per pixel, batch by batch."""
         first_chunk, tiles = sum(self._batches[:level]), self.buffers.tile_dispatch(level)
         for batch, step in enumerate(self._levels[level]["lookup"]):
-            self._atlas.encode_draw(
-                commands.encoder, commands.timer, first_chunk + batch, clears_atlas=False, clears_views=True
-            )
+            maps.encode_draw(commands, first_chunk + batch)
             with commands.compute("lookup") as compute:
                 self._programs["lookup"].dispatch_indirect(compute, self.buffers.dispatches, tiles, step)
             commands.account(self._batch_ms(level))

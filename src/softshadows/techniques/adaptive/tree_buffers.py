@@ -9,7 +9,7 @@ from softshadows.gpu.device import Gpu
 from softshadows.gpu.program import Resource
 from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.structs import TreeShape
-from softshadows.visibility.maps.shadow_atlas import BOX_EDGE
+from softshadows.visibility.receivers import BOX_EDGE
 
 _TREE = "techniques/adaptive/tree.wgsl"
 TILE = constant(_TREE, "TILE")

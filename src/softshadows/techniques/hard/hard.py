@@ -25,9 +25,10 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from softshadows.lights.sample_sets import Sampling, center_sample
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import resolution_option
-from softshadows.techniques.sampled import SampledPass, center_sample
+from softshadows.techniques.light_pass import LightPass, Lookups, map_source
 
 
 class Hard(Technique):
@@ -39,11 +40,6 @@ class Hard(Technique):
     resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        return SampledPass(
-            context,
-            "techniques/uniform/uniform.wgsl",  # the average over a single sample
-            samples_of=center_sample,
-            takes_center_only=True,
-            resolution=self.resolution,
-            lookups=float,
-        )
+        maps = map_source(context, self.resolution)
+        average = Lookups(context, "techniques/uniform/uniform.wgsl")  # over a single sample
+        return LightPass(context, Sampling(center_sample, ignores_size=True), maps, average)

@@ -24,11 +24,13 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from softshadows.lights.sample_sets import Sampling, center_sample
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.light_pass import LightPass, Lookups, map_source
 from softshadows.techniques.options import option
-from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import PATTERNS, taps, upload_taps
+from softshadows.visibility.maps.shadow_maps import MapOptions
 
 
 class Pcf(Technique):
@@ -43,15 +45,17 @@ class Pcf(Technique):
     resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        count, half_kernel = self.kernel**2, self.kernel * self.spread / 2.0
-        return SampledPass(
+        half_kernel = self.kernel * self.spread / 2.0
+        maps = map_source(context, self.resolution, MapOptions(margin_texels=int(half_kernel) + 2))
+        return LightPass(context, Sampling(center_sample, ignores_size=True), maps, self.filtered(context))
+
+    def filtered(self, context: RenderContext) -> Lookups:
+        """The share of lit texels around the receiver's."""
+        count = self.kernel**2
+        return Lookups(
             context,
             "techniques/pcf/pcf.wgsl",
-            samples_of=center_sample,
-            takes_center_only=True,
-            resolution=self.resolution,
-            lookups=lambda _: float(count),
-            constants={"tap_count": count, "half_kernel_texels": half_kernel},
+            per_pixel=lambda _: float(count),
             resources={"taps": upload_taps(context.gpu, taps(self.pattern, count))},
-            margin_texels=int(half_kernel) + 2,
+            constants={"tap_count": count, "half_kernel_texels": self.kernel * self.spread / 2.0},
         )

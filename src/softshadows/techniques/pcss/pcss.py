@@ -32,12 +32,13 @@ from __future__ import annotations
 from typing import ClassVar
 
 from softshadows.gpu.commands import Commands
+from softshadows.lights.sample_sets import Sampling, center_sample
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.light_pass import ChunkPrograms, Combination, LightPass, map_source
 from softshadows.techniques.options import option
-from softshadows.techniques.sampled import SampledPass, center_sample
 from softshadows.techniques.taps import sequence, taps, upload_taps
-from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 
 SEARCH_MARGIN = 1.0
 """Half lights by which the map reaches beyond the receivers in view: enough for blockers at half their distance."""
@@ -62,26 +63,38 @@ class Pcss(Technique):
     resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        return _PcssPass(context, self)
+        maps = map_source(context, self.resolution, MapOptions(search_margin=SEARCH_MARGIN))
+        return LightPass(context, Sampling(center_sample), maps, _SearchedAndFiltered(context, self))
 
 
-class _PcssPass(SampledPass):
+class _SearchedAndFiltered(Combination[ShadowMaps]):
+    """A search for blockers, and a filter as wide as the penumbra behind them."""
+
     def __init__(self, context: RenderContext, technique: Pcss) -> None:
-        patterns = [sequence(technique.blocker_samples), taps("grid", technique.filter_samples)]
+        super().__init__(context)
+        blocker_taps, filter_taps = technique.blocker_samples, technique.filter_samples
+        self._lookups = float(blocker_taps + filter_taps)
         self._nearest = context.gpu.storage_buffer(16, "the nearest occluder")
-        super().__init__(
+        self._taps = upload_taps(context.gpu, sequence(blocker_taps), taps("grid", filter_taps))
+        self._programs = ChunkPrograms(
             context,
             "techniques/pcss/pcss.wgsl",
-            samples_of=center_sample,
-            resolution=technique.resolution,
-            lookups=lambda _: float(technique.blocker_samples + technique.filter_samples),
-            constants={"blocker_taps": technique.blocker_samples, "filter_taps": technique.filter_samples},
-            resources={"taps": upload_taps(context.gpu, *patterns), "nearest_bits": self._nearest},
-            search_margin=SEARCH_MARGIN,
+            "cs_nearest",
+            "cs_visibility",
+            resources={"taps": self._taps, "nearest_bits": self._nearest},
+            constants={"blocker_taps": blocker_taps, "filter_taps": filter_taps},
         )
 
-    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
+    @property
+    def bytes(self) -> int:
+        return self._taps.size + self._nearest.size
+
+    def lookups(self, samples: int) -> float:
+        return self._lookups
+
+    def encode(self, commands: Commands, provider: ShadowMaps, chunk: int) -> None:
         commands.encoder.clear_buffer(self._nearest)
-        groups = -(-atlas.plan.atlas_size // 8)
-        self._dispatch(commands, atlas, chunk, "cs_nearest", "nearest_occluder", (groups, groups))
-        super()._encode_lookups(commands, atlas, chunk)
+        groups = -(-provider.plan.atlas_size // 8)
+        run = self._programs.encode
+        run(commands, "nearest_occluder", "cs_nearest", provider, chunk, groups=(groups, groups))
+        run(commands, "lookup", "cs_visibility", provider, chunk)

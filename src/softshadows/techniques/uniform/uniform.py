@@ -38,7 +38,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from softshadows.lights.jitter import moved, placed, places_of
+from softshadows.lights.grid import WEIGHTS, grid_samples
+from softshadows.lights.jitter import placed, places_of
+from softshadows.lights.sample_sets import Samples, Sampling
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import (
@@ -50,42 +52,15 @@ from softshadows.techniques.common_options import (
     check_resolution,
     resolution_option,
 )
+from softshadows.techniques.light_pass import LightPass, Lookups, map_source
 from softshadows.techniques.options import choice, option
-from softshadows.techniques.sampled import SampledPass, Samples
-from softshadows.techniques.traced import TracedPass
+from softshadows.techniques.uniform.traced_share import TracedShare
+from softshadows.visibility.maps.shadow_maps import MapOptions
+from softshadows.visibility.sources import HybridSource, RaySource
 
-WEIGHTS = ("trapezoid", "equal", "midpoint")
 NOISE_COLUMNS = 1.5
 """How far visibility may be off: an edge along a side of the light meets a column of samples at once. Measured:
 docs/decisions/0017-rays.md."""
-
-
-def grid_samples(light: Light, grid: int, weights: str, shift: tuple[float, float] = (0.0, 0.0)) -> Samples:
-    """Points (n, 2) of a grid on the light in light space, and their weights (n,), small whole numbers.
-
-    The outer points lie on the light's border, and with `weights` trapezoid count half, in the corners a quarter;
-    midpoint puts points into the middle of grid×grid cells. A line has `grid` points; a light without size, one. They
-    are moved by `shift` steps of the grid.
-    """
-    a, b = light.half_extent
-    if weights != "midpoint" and grid > 1:
-        steps = np.linspace(-1.0, 1.0, grid)
-        ramp = np.ones(grid)
-        if weights == "trapezoid":
-            ramp[1:-1] = 2.0
-    else:
-        steps = (2.0 * np.arange(grid) + 1.0) / grid - 1.0
-        ramp = np.ones(grid)
-    if a == 0.0 and b == 0.0:
-        return np.zeros((1, 2)), np.ones(1)
-    spacing = float(steps[1] - steps[0]) if grid > 1 else 2.0
-    x, y = (moved(steps, spacing, by) for by in shift)
-    if b == 0.0 or a == 0.0:
-        line = np.stack([x * a, x * b], axis=1)
-        return line, ramp
-    s, t = np.meshgrid((x + 1.0) / 2.0, (y + 1.0) / 2.0)
-    offsets = light.points(s.ravel(), t.ravel()) - light.center
-    return offsets @ light.axes[:2].T, np.outer(ramp, ramp).ravel()
 
 
 class Uniform(Technique):
@@ -110,30 +85,27 @@ class Uniform(Technique):
         check_resolution(self.name, self.visibility, self.resolution)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        rays = self.visibility if isinstance(self.visibility, Rays) else Rays()
+        sampling = Sampling(self._samples)
+        noise = min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if self._rays.denoise else None
+        if isinstance(self.visibility, Rays):
+            places = places_of(self._rays.offsets)
+            rays = RaySource(context.gpu, context.scene, context.gbuffer, places)
+            return LightPass(context, sampling, rays, TracedShare(context, rays, noise))
+        is_hybrid = isinstance(self.visibility, Hybrid)
+        most_per_chunk = context.gpu.rays_at_once if is_hybrid else None
+        maps = map_source(context, self.resolution, MapOptions(caches=True), most_per_chunk)
+        if is_hybrid:
+            hybrid = HybridSource(maps)
+            return LightPass(context, sampling, hybrid, TracedShare(context, hybrid, noise))
+        return LightPass(context, sampling, maps, Lookups(context, "techniques/uniform/uniform.wgsl"))
 
-        def samples_of(light: Light, jitter: int) -> Samples:
-            def points_at(shift: tuple[float, float]) -> np.ndarray:
-                return grid_samples(light, self.grid, self.weights, shift)[0]
+    @property
+    def _rays(self) -> Rays:
+        return self.visibility if isinstance(self.visibility, Rays) else Rays()
 
-            weights = grid_samples(light, self.grid, self.weights)[1]
-            return placed(points_at, jitter, rays.offsets), weights
+    def _samples(self, light: Light, jitter: int) -> Samples:
+        def points_at(shift: tuple[float, float]) -> np.ndarray:
+            return grid_samples(light, self.grid, self.weights, shift)[0]
 
-        if not isinstance(self.visibility, Maps):
-            return TracedPass(
-                context,
-                "techniques/uniform/trace.wgsl",
-                samples_of=samples_of,
-                resolution=self.resolution,
-                uses_maps=isinstance(self.visibility, Hybrid),
-                places=places_of(rays.offsets),
-                noise=min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if rays.denoise else None,
-            )
-        return SampledPass(
-            context,
-            "techniques/uniform/uniform.wgsl",
-            samples_of=samples_of,
-            resolution=self.resolution,
-            lookups=float,
-            keeps_maps=True,
-        )
+        weights = grid_samples(light, self.grid, self.weights)[1]
+        return placed(points_at, jitter, self._rays.offsets), weights

@@ -28,7 +28,7 @@ override self_shadowing: bool;
 override layers: u32;           // of the map that are known: the nearest surface, and perhaps the last one
 
 const THIN_TEXELS = 8.0;        // nearer than that to the last surface, a surface counts as the last one
-const SPAN_ROWS = 8u;           // masked_pass.py
+const SPAN_ROWS = 8u;
 const COUNTERS = 128u;          // so that pixels rarely wait for each other
 
 // The nearest and the farthest surface in the map. An invocation looks at SPAN_ROWS texels of a column: most of its time goes

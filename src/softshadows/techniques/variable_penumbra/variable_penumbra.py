@@ -55,17 +55,20 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+from softshadows.gpu.compose import constant
+from softshadows.lights.sample_sets import Sampling, center_sample
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.light_pass import LightPass, map_source
 from softshadows.techniques.options import Choice, choice, one_of, option
 from softshadows.techniques.taps import taps, upload_taps
-from softshadows.techniques.variable_penumbra.masked_pass import MaskedPass
-from softshadows.visibility.maps.plan import plan_atlas
+from softshadows.techniques.variable_penumbra.masked import Masked
+from softshadows.visibility.maps.shadow_maps import MapOptions
 
 EDGE_NOISE = 1e-4
 """Of the map's depth: the weakest edge of a fixed mask. The paper's 0 would take rounding for edges."""
-CELL = 8
-"""Texels along a cell of from_light.wgsl."""
+CELL = constant("techniques/variable_penumbra/from_light.wgsl", "CELL")
+"""Texels along a cell of the mask."""
 SEARCH_MARGIN = 1.0
 """Half lights by which the map reaches beyond the receivers in view: enough for edges at half their distance."""
 
@@ -143,12 +146,11 @@ class VariablePenumbra(Technique):
     resolution: int | str = resolution_option(1024)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        plan = plan_atlas(context.gpu, context.scene, context.gbuffer.size, 1, self.resolution, context.memory_budget)
         if isinstance(self.kernels, FromLight):
-            return self._build_from_light(context, plan.atlas_size, self.kernels.taps)
-        return self._build_bands(context, plan.atlas_size, self.kernels)
+            return self._build_from_light(context, self.kernels.taps)
+        return self._build_bands(context, self.kernels)
 
-    def _build_bands(self, context: RenderContext, atlas_size: int, chosen: Bands | Fixed) -> TechniquePass:
+    def _build_bands(self, context: RenderContext, chosen: Bands | Fixed) -> TechniquePass:
         kernels = chosen.sizes if isinstance(chosen, Bands) else (chosen.size,) * 3
         edges = chosen.edges if isinstance(chosen, Bands) else (EDGE_NOISE,) * 3
         levels = [mip_level(kernel) for kernel in kernels]
@@ -156,36 +158,32 @@ class VariablePenumbra(Technique):
         constants: dict[str, float] = {"cell_bits": cell_bits}
         for band, kernel, edge, level in zip(("blue", "green", "red"), kernels, edges, levels, strict=True):
             constants |= {f"{band}_kernel": kernel, f"{band}_edge": edge, f"{band}_level": level}
-        return MaskedPass(
+        maps = map_source(context, self.resolution, MapOptions(margin_texels=3 << max(levels) - 1))
+        masked = Masked(
             context,
             "techniques/variable_penumbra/bands.wgsl",
-            resolution=self.resolution,
-            largest_lookups=max(kernels) ** 2,
             constants=constants | self._edge_constants,
-            taps=upload_taps(context.gpu, *(taps("poisson", kernel**2) for kernel in kernels)),
             layers=self.layers,
-            mask_bytes=4 * (((atlas_size - 1) >> cell_bits) + 1) ** 2,
+            taps=upload_taps(context.gpu, *(taps("poisson", kernel**2) for kernel in kernels)),
+            most_lookups=max(kernels) ** 2,
+            mask_bytes=4 * (((maps.plan(1).atlas_size - 1) >> cell_bits) + 1) ** 2,
             mask_reads=1,
-            takes_center_only=True,
-            margin_texels=3 << max(levels) - 1,
-            search_margin=0.0,
         )
+        return LightPass(context, Sampling(center_sample, ignores_size=True), maps, masked)
 
-    def _build_from_light(self, context: RenderContext, atlas_size: int, count: int) -> TechniquePass:
-        return MaskedPass(
+    def _build_from_light(self, context: RenderContext, count: int) -> TechniquePass:
+        maps = map_source(context, self.resolution, MapOptions(margin_texels=2, search_margin=SEARCH_MARGIN))
+        masked = Masked(
             context,
             "techniques/variable_penumbra/from_light.wgsl",
-            resolution=self.resolution,
-            largest_lookups=count,
             constants={"tap_count": count} | self._edge_constants,
-            taps=upload_taps(context.gpu, taps("grid", count)),
             layers=self.layers,
-            mask_bytes=8 * self.layers * ((atlas_size - 1) // CELL + 1) ** 2,
+            taps=upload_taps(context.gpu, taps("grid", count)),
+            most_lookups=count,
+            mask_bytes=8 * self.layers * ((maps.plan(1).atlas_size - 1) // CELL + 1) ** 2,
             mask_reads=4,
-            takes_center_only=False,
-            margin_texels=2,
-            search_margin=SEARCH_MARGIN,
         )
+        return LightPass(context, Sampling(center_sample), maps, masked)
 
     @property
     def _edge_constants(self) -> dict[str, float]:

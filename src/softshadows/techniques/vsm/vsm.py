@@ -27,12 +27,12 @@ from __future__ import annotations
 from typing import ClassVar
 
 from softshadows.gpu.commands import Commands
+from softshadows.lights.sample_sets import Sampling, center_sample
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import resolution_option
+from softshadows.techniques.light_pass import ChunkPrograms, Combination, LightPass, map_source
 from softshadows.techniques.options import option
-from softshadows.techniques.sampled import SampledPass, center_sample
-from softshadows.visibility.maps.plan import plan_atlas
-from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 
 MIN_VARIANCE = 1e-7
 """Of the light's reach squared: a standard deviation of 0.03 %, the slope of a receiver within a texel."""
@@ -51,33 +51,41 @@ class Vsm(Technique):
     resolution: int | str = resolution_option(1024, high=8192)
 
     def build(self, context: RenderContext) -> TechniquePass:
-        return _VsmPass(context, self)
+        maps = map_source(context, self.resolution, MapOptions(margin_texels=self.kernel // 2 + 2))
+        combination = _FilteredMoments(context, self, maps.plan(1).atlas_size)
+        return LightPass(context, Sampling(center_sample, ignores_size=True), maps, combination)
 
 
-class _VsmPass(SampledPass):
-    def __init__(self, context: RenderContext, technique: Vsm) -> None:
-        gpu, size = context.gpu, context.gbuffer.size
-        plan = plan_atlas(gpu, context.scene, size, 1, technique.resolution, context.memory_budget)
-        bytes = 8 * plan.atlas_size**2
-        rows, moments = (gpu.storage_buffer(bytes, "the moments of a variance shadow map") for _ in range(2))
-        super().__init__(
+class _FilteredMoments(Combination[ShadowMaps]):
+    """The map's moments, filtered along rows and columns, and the bound that they give."""
+
+    def __init__(self, context: RenderContext, technique: Vsm, atlas_size: int) -> None:
+        super().__init__(context)
+        what = "the moments of a variance shadow map"
+        self._rows, self._moments = (context.gpu.storage_buffer(8 * atlas_size**2, what) for _ in range(2))
+        self._programs = ChunkPrograms(
             context,
             "techniques/vsm/vsm.wgsl",
-            samples_of=center_sample,
-            takes_center_only=True,
-            resolution=technique.resolution,
-            lookups=lambda _: 4.0,
+            "cs_filter_rows",
+            "cs_filter_columns",
+            "cs_visibility",
+            resources={"row_moments": self._rows, "moments": self._moments},
             constants={
                 "kernel_radius": technique.kernel // 2,
                 "light_bleed_reduction": technique.light_bleed_reduction,
                 "min_variance": MIN_VARIANCE,
             },
-            resources={"row_moments": rows, "moments": moments},
-            margin_texels=technique.kernel // 2 + 2,
         )
 
-    def _encode_lookups(self, commands: Commands, atlas: ShadowAtlas, chunk: int) -> None:
-        groups = -(-atlas.plan.atlas_size // 8)
-        self._dispatch(commands, atlas, chunk, "cs_filter_rows", "moments", (groups, groups))
-        self._dispatch(commands, atlas, chunk, "cs_filter_columns", "moments", (groups, groups))
-        super()._encode_lookups(commands, atlas, chunk)
+    @property
+    def bytes(self) -> int:
+        return self._rows.size + self._moments.size
+
+    def lookups(self, samples: int) -> float:
+        return 4.0
+
+    def encode(self, commands: Commands, provider: ShadowMaps, chunk: int) -> None:
+        groups, run = -(-provider.plan.atlas_size // 8), self._programs.encode
+        run(commands, "moments", "cs_filter_rows", provider, chunk, groups=(groups, groups))
+        run(commands, "moments", "cs_filter_columns", provider, chunk, groups=(groups, groups))
+        run(commands, "lookup", "cs_visibility", provider, chunk)

@@ -1,7 +1,7 @@
 // Windows that all maps of a line light share, so that a row of one is the same row of every other.
 
 //#include "visibility/maps/placing.wgsl"
-//#include "visibility/maps/swept_box.wgsl"
+//#include "visibility/swept_box.wgsl"
 //#include "line_space.wgsl"
 //#struct LineWindow
 //#struct LineState
@@ -161,7 +161,7 @@ fn bound_occluders(lane: u32, low_ls: vec3f, high_ls: vec3f) {
         lows[i] = NOTHING;
         highs[i] = -NOTHING;
     }
-    for (var i = lane; i < maps.occluder_count; i += LANES) {
+    for (var i = lane; i < arrayLength(&occluder_boxes); i += LANES) {
         let box = occluder_boxes[i];
         let center = to_light_space(light, 0.5 * (box.low_ws + box.high_ws) - light.center_ws);
         let half = 0.5 * (box.high_ws - box.low_ws);
@@ -335,8 +335,23 @@ fn best_columns() -> u32 {
     return select(1u, MOST_COLUMNS, coarseness() < of_one);
 }
 
+// Are the windows, and how they share a tile, those of the last frame?
+fn all_are_unchanged(columns: u32) -> bool {
+    for (var face = 0u; face < FACES; face++) {
+        let had = line_windows[face];
+        if any(wanted[face].low_first != had.low_first) || any(wanted[face].extent != had.extent)
+            || wanted[face].drift != had.drift || wanted[face].texels_per_unit != had.texels_per_unit {
+            return false;
+        }
+    }
+    return columns == state.columns;
+}
+
 // Do the maps of the last frame still show all that these windows would? The two ends speak for what is between them.
 fn all_still_serve(columns: u32) -> bool {
+    if draws.keeps_looser_fits == 0u {
+        return all_are_unchanged(columns);
+    }
     for (var end = 0u; end < 2u; end++) {
         take_windows(f32(end));
         let sample = end * (light_samples.count - 1u);
@@ -371,7 +386,9 @@ fn cs_fit(@builtin(local_invocation_index) lane: u32) {
         if all_still_serve(columns) {
             return;
         }
-        widen_wanted();
+        if draws.keeps_looser_fits == 1u {
+            widen_wanted();
+        }
         atomicStore(&draws.drawn_samples[0], 0u);
     }
     state.columns = columns;

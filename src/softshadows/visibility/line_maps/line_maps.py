@@ -1,6 +1,6 @@
 """Rectified shadow maps from points of a line light: an image row is a plane through the light, the same in all maps.
 
-    ../shadow_atlas/   boxes around the receivers, places in the atlas, the draw
+    ../maps/           boxes around the receivers, places in the atlas, the draw
     line_space.wgsl    the faces: four around the light, in tangents u along it and v around it, and two caps
     fit.wgsl           windows that all samples share, and which maps are drawn
     line_map.wgsl      look-ups
@@ -41,10 +41,11 @@ from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, dtype
 from softshadows.gpu.program import Program, Resource
 from softshadows.gpu.scene_buffers import SceneBuffers
+from softshadows.lights.sample_sets import SampledLight
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import Light
 from softshadows.visibility.maps.plan import AtlasPlan, tile_size
-from softshadows.visibility.maps.shadow_atlas import SampledLight, ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 from softshadows.visibility.maps.structs import FACES
 
 COLUMNS = constant("visibility/line_maps/line_map.wgsl", "COLUMNS")
@@ -135,15 +136,8 @@ class LineMaps:
     ) -> None:
         assert plan.samples <= MOST_SAMPLES
         self.plan, self._gpu = plan, gpu
-        self.atlas = atlas = ShadowAtlas(
-            gpu,
-            scene,
-            gbuffer,
-            plan,
-            search_margin=reach,
-            keeps_maps=True,
-            texels_per_pixel=TEXELS_PER_PIXEL,
-        )
+        options = MapOptions(search_margin=reach, texels_per_pixel=TEXELS_PER_PIXEL, caches=True)
+        self.atlas = atlas = ShadowMaps(gpu, scene, gbuffer, plan, options)
         self._triangle_ms = scene.triangle_count / gpu.triangles_per_ms
         self._windows = gpu.storage_buffer(FACES * dtype(LineWindow).itemsize, "the windows")
         self.state = gpu.storage_buffer(dtype(LineState).itemsize, "the state of the maps")
@@ -166,11 +160,21 @@ class LineMaps:
         """What line_map.wgsl declares."""
         return self.atlas.resources
 
-    def set_lights(self, lights: Sequence[tuple[Light, int]], first_stage: int | None = None) -> None:
-        """Write the frame's lights, each with its layer of visibility, and the first stage's samples (default: all)."""
+    def set_lights(
+        self,
+        lights: Sequence[tuple[Light, int]],
+        first_stage: int | None = None,
+        *,
+        keeps_looser_fits: bool = False,
+    ) -> None:
+        """Write the frame's lights, each with its layer of visibility, and the first stage's samples (default: all).
+
+        With `keeps_looser_fits` maps may serve that new ones would fit more tightly.
+        """
         samples, weights = self.plan.samples, np.ones(self.plan.samples)
         self.atlas.set_lights(
-            [SampledLight(light, layer, line_points(light, samples), weights) for light, layer in lights]
+            [SampledLight(light, layer, line_points(light, samples), weights) for light, layer in lights],
+            keeps_looser_fits=keeps_looser_fits,
         )
         words = np.zeros(self.plan.chunks, np.uint32)
         words[0] = (1 << samples) - 1 if first_stage is None else first_stage
@@ -178,7 +182,7 @@ class LineMaps:
 
     def encode_receivers(self, commands: Commands, index: int) -> None:
         """Let light `index` take its turn: boxes around what the camera sees and something can shadow."""
-        self.atlas.encode_receivers(commands.encoder, commands.timer, index)
+        self.atlas.encode_receivers(commands, index)
 
     def encode_fit(self, commands: Commands) -> None:
         """Fit the windows to the receivers, or find that those of the last frame still serve."""
@@ -189,5 +193,5 @@ class LineMaps:
         """Draw the maps that the stage requests, `at_most` so many, where the atlas does not hold them."""
         with commands.compute("fit") as compute:
             self._place.dispatch(compute, (1,), self._stages[stage])
-        self.atlas.encode_draw(commands.encoder, commands.timer, stage, clears_atlas=False, clears_views=True)
+        self.atlas.encode_draw(commands, stage)
         commands.account((at_most or self.plan.samples) * self._triangle_ms)

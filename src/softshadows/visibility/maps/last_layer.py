@@ -4,35 +4,32 @@ from __future__ import annotations
 
 import wgpu
 
+from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.timing import PassTimer
-from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
+from softshadows.visibility.maps.shadow_maps import ShadowMaps
 
 
 class LastLayer:
-    """The atlas's occluders drawn once more, into the same views, with the depth test turned round.
+    """The maps' occluders drawn once more, into the same views, with the depth test turned round.
 
-    `view` holds closeness like the atlas, 1 where there is nothing. For atlases whose maps are one chunk.
+    `view` holds closeness like the atlas, 1 where there is nothing. For maps that are one chunk.
     """
 
-    def __init__(self, gpu: Gpu, atlas: ShadowAtlas) -> None:
-        assert atlas.plan.chunks == 1, "every chunk would need its own turn"
-        size = atlas.plan.atlas_size
+    def __init__(self, gpu: Gpu, maps: ShadowMaps) -> None:
+        assert maps.plan.chunks == 1, "every chunk would need its own turn"
+        size = maps.plan.atlas_size
         self.bytes = 4 * size * size
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
         self.view = gpu.texture((size, size), "depth32float", usage, "the last layer").create_view()
-        self._draws = atlas.record_draws(0, atlas.draw_programs("less"), clears_views=False)
+        self._draws = maps.record_draws(0, maps.draw_programs("less"), clears_views=False)
 
-    def encode(self, encoder: wgpu.GPUCommandEncoder, timer: PassTimer) -> None:
-        """After the atlas's own draw, which has found the views."""
+    def encode(self, commands: Commands) -> None:
+        """After the maps' own draw, which has found the views."""
         attachment = {
             "view": self.view,
             "depth_load_op": "clear",
             "depth_store_op": "store",
             "depth_clear_value": 1.0,
         }
-        draw = encoder.begin_render_pass(
-            color_attachments=[], depth_stencil_attachment=attachment, timestamp_writes=timer.writes("last_layer")
-        )
-        draw.execute_bundles([self._draws])
-        draw.end()
+        with commands.draw("last_layer", color_attachments=[], depth_stencil_attachment=attachment) as draw:
+            draw.execute_bundles([self._draws])

@@ -8,7 +8,7 @@
 // A directional light has one face, the window is in metres (a, b), and closeness = (far - d) / (far - near).
 
 //#include "lights/light.wgsl"
-//#struct ShadowMaps
+//#struct MapSettings
 //#struct ShadowView
 
 const FACES = 6u;

@@ -1,13 +1,13 @@
 // Where a vertex falls in a view of the shadow atlas: what both ways of drawing the occluders share.
 
 //#include "gpu/texture.wgsl"
-//#struct ShadowMaps
+//#struct MapSettings
 //#include "lights/light.wgsl"
 
 @group(0) @binding(0) var<storage, read> light: Light;
-@group(0) @binding(1) var<uniform> maps: ShadowMaps;
+@group(0) @binding(1) var<uniform> maps: MapSettings;
 
-// The view that an instance stands for (DrawView in shadow_atlas.py): a vertex buffer that steps per instance.
+// The view that an instance stands for (DrawView in structs.py): a vertex buffer that steps per instance.
 struct View {
     @location(1) row_x: vec4f,
     @location(2) row_y: vec4f,

@@ -18,6 +18,7 @@ struct DrawCounter {
 // One buffer, for a stage may bind eight on every device.
 struct Draws {
     drawn_samples: array<atomic<u32>, DRAWN_WORDS>,  // whose maps are in the atlas, as bits
+    keeps_looser_fits: u32,                          // 0: only maps that would be drawn as they are stay
     counters: array<DrawCounter>,                    // DRAWS by chunk
 };
 
@@ -27,12 +28,13 @@ struct Draws {
 @group(0) @binding(3) var<storage, read_write> shadow_views: array<ShadowView>;
 @group(0) @binding(4) var<storage, read_write> draw_views: array<DrawView>;       // the views in use, by chunk of samples
 @group(0) @binding(5) var<storage, read_write> draws: Draws;
-@group(0) @binding(7) var<uniform> maps: ShadowMaps;
+@group(0) @binding(7) var<uniform> maps: MapSettings;
 
 const WINDOWS = 7u;
 const WIDE_FRONT = 6u;
 const DRAWN_WORDS = 128u;  // 4096 samples
 const DRAWS = 4u;  // cleared views, solid, opaque, masked triangles
+// Where looser fits are kept:
 const KEPT_FINENESS = 0.7;  // of the texels along a unit that a new map would have, to keep the old one
 const KEPT_ROOM = 0.1;      // of a window's extent, on each side, once the camera has moved
 const EMPTY_LOW = vec2f(3e38);
@@ -161,8 +163,24 @@ fn place_all(slot: Slot) {
     }
 }
 
+// Are the views those that the sample had in the last frame?
+fn are_unchanged(sample: u32) -> bool {
+    for (var face = 0u; face < FACES; face++) {
+        let wanted = views[face];
+        let had = shadow_views[sample * FACES + face];
+        if any(wanted.size != had.size) || any(wanted.origin != had.origin) || any(wanted.window_low != had.window_low)
+            || any(wanted.texels_per_unit != had.texels_per_unit) {
+            return false;
+        }
+    }
+    return true;
+}
+
 // Do the views that the sample had in the last frame still show all that these would, and nearly as finely?
 fn still_serve(sample: u32) -> bool {
+    if draws.keeps_looser_fits == 0u {
+        return are_unchanged(sample);
+    }
     for (var face = 0u; face < FACES; face++) {
         let wanted = views[face];
         if wanted.size.x == 0u {

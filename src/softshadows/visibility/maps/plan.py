@@ -29,7 +29,6 @@ class AtlasPlan:
     samples_per_batch: int
     samples_per_chunk: int
     chunks: int
-    places: int = 1  # that a sample has, by pixel (shaders/sample_places.wgsl)
 
     @property
     def bytes(self) -> int:
@@ -100,21 +99,4 @@ def plan_atlas(
         samples_per_batch=per_batch,
         samples_per_chunk=per_chunk,
         chunks=-(-samples // per_chunk),
-    )
-
-
-def plan_without_maps(samples: int, samples_per_chunk: int | None = None, places: int = 1) -> AtlasPlan:
-    """The smallest atlas: for rays, which need the lights and the receivers' boxes alone."""
-    per_chunk = samples_per_chunk or samples
-    per_row = int(np.ceil(np.sqrt(samples)))
-    return AtlasPlan(
-        samples=samples,
-        tile=1,
-        is_auto=False,
-        tiles_per_row=per_row,
-        atlas_size=per_row,
-        samples_per_batch=samples,
-        samples_per_chunk=per_chunk,
-        chunks=-(-samples // per_chunk),
-        places=places,
     )

@@ -5,7 +5,7 @@
 
 @group(2) @binding(2) var<storage, read> shadow_views: array<ShadowView>;    // FACES per sample
 @group(2) @binding(3) var shadow_atlas: texture_depth_2d;                    // closeness, 0 = nothing
-@group(2) @binding(5) var<uniform> maps: ShadowMaps;
+@group(2) @binding(5) var<uniform> maps: MapSettings;
 
 // The view of the light's only sample that holds an atlas texel, as (origin, end); empty outside all of them.
 fn view_around(texel: vec2u) -> vec4u {

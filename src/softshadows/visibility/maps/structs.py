@@ -1,15 +1,15 @@
-"""What shadow maps share with their shaders: their settings, windows, draws, receivers and occluders."""
+"""What shadow maps share with their shaders: their settings, windows and draws."""
 
 from __future__ import annotations
 
 from softshadows.gpu.compose import constant
-from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec3f, Vec4f
+from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec4f
 
 FACES = constant("visibility/maps/light_space.wgsl", "FACES")
 """Of the cube around a light sample that its windows are cut into."""
 
 
-class ShadowMaps(Struct):
+class MapSettings(Struct):
     """How the maps of a light's samples see, and how they share the atlas (light_space.wgsl, placing.wgsl).
 
     A uniform: only the depths and scales in its first row change with the light, and no shader branches on those.
@@ -27,7 +27,6 @@ class ShadowMaps(Struct):
     tile_size: U32
     tiles_per_row: U32
     atlas_size: U32
-    occluder_count: U32
     samples_per_batch: U32
     samples_per_chunk: U32
 
@@ -52,19 +51,3 @@ class DrawView(Struct):
     row_closeness: Vec4f
     row_w: Vec4f
     edges: Vec4f
-
-
-class ReceiverBox(Struct):
-    """Receivers of 8×8 pixels: their extent in light space, their number, the mean width of their pixels in metres."""
-
-    low: Vec3f
-    count: F32
-    high: Vec3f
-    footprint: F32
-
-
-class OccluderBox(Struct):
-    """World extent of a cluster of triangles."""
-
-    low_ws: Vec3f
-    high_ws: Vec3f

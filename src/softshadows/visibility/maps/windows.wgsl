@@ -127,11 +127,12 @@ fn fit_sample(sample: u32, slot: Slot, lane: u32) {
         }
     }
 
-    // A map that is still there is kept while it serves. Once outgrown, its successor gets room for what comes next.
+    // A map that is still there is kept while it serves. Where it may be looser, an outgrown one's successor gets room for what
+    // comes next.
     let bit = 1u << (sample % 32u);
     let was_drawn = (atomicOr(&draws.drawn_samples[sample / 32u], bit) & bit) != 0u;
     for (var attempt = 0u; attempt < select(1u, 2u, was_drawn); attempt++) {
-        if attempt == 1u {
+        if attempt == 1u && draws.keeps_looser_fits == 1u {
             widen_windows();
         }
         place_all(slot);

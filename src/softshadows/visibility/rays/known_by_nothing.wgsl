@@ -1,4 +1,4 @@
-// Stands in for known_by_map.wgsl where there are no maps: every ray is traced.
+// Stands in for visibility/hybrid.wgsl where there are no maps: every ray is traced.
 
 //#include "visibility/query.wgsl"
 //#include "lights/light_samples.wgsl"

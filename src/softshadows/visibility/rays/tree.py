@@ -56,7 +56,7 @@ class Bvh:
         if builder not in BUILDERS:
             raise OptionError(f"builder must be one of {', '.join(BUILDERS)}, got {builder!r}")
         gpu, geometry = scene.gpu, scene.geometry
-        self._gpu, self._scene = gpu, scene
+        self.gpu, self._scene = gpu, scene
         self._fitted: Geometry | None = None
         count = len(geometry.triangles)
         if count > MOST_TRIANGLES:
@@ -83,7 +83,7 @@ class Bvh:
         self._gather, self._reduce, self._bound = self._make_programs()
 
     def _buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
-        buffer = self._gpu.buffer(max(size, 256), usage, what)
+        buffer = self.gpu.buffer(max(size, 256), usage, what)
         self.bytes += buffer.size
         return buffer
 
@@ -113,7 +113,7 @@ class Bvh:
         }
 
         def program(entry: str, **constants: float) -> Program:
-            return Program(self._gpu, "visibility/rays/refit.wgsl", entry, resources, constants=constants)
+            return Program(self.gpu, "visibility/rays/refit.wgsl", entry, resources, constants=constants)
 
         reduce = [program("cs_reduce", level=level) for level in range(1, len(self._levels))]
         return program("cs_gather"), reduce, program("cs_bound")
@@ -171,7 +171,7 @@ class Bvh:
             self._bound.dispatch(compute, groups_of(node_count))
 
     def _write(self, change: Change, geometry: Geometry) -> None:
-        write = self._gpu.write
+        write = self.gpu.write
         write(self.grid, 0, pack(grid_over(geometry, change.node_count)), what="scene")
         for place, order in change.order:
             write(self._order, 4 * place, order.astype(np.uint32), what="scene")

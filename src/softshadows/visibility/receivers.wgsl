@@ -3,14 +3,12 @@
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "lights/light.wgsl"
 //#include "swept_box.wgsl"
-//#struct ShadowMaps
 //#struct ReceiverBox
 //#struct OccluderBox
 
 @group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read_write> receiver_boxes: array<ReceiverBox>;
 @group(2) @binding(2) var<storage, read> occluder_boxes: array<OccluderBox>;
-@group(2) @binding(3) var<uniform> maps: ShadowMaps;
 
 const EDGE = 8u;
 const LANES = 64u;
@@ -75,11 +73,11 @@ fn cs_bound_receivers(
     var light_low = light.center_ws - reach;
     var light_high = light.center_ws + reach;
     if light.is_directional == 1u {
-        light_low = lows_ws[0] + light.back_ws * (2.0 * maps.window_scale);
-        light_high = highs_ws[0] + light.back_ws * (2.0 * maps.window_scale);
+        light_low = lows_ws[0] + light.back_ws * (2.0 * max(frame.scene_diagonal, 1e-6));
+        light_high = highs_ws[0] + light.back_ws * (2.0 * max(frame.scene_diagonal, 1e-6));
     }
     if footprints[0].y > 0.0 {
-        for (var i = lane; i < maps.occluder_count; i += LANES) {
+        for (var i = lane; i < arrayLength(&occluder_boxes); i += LANES) {
             let box = occluder_boxes[i];
             if can_shadow(box.low_ws, box.high_ws, lows_ws[0], highs_ws[0], light_low, light_high) {
                 atomicStore(&shadowed, 1u);
