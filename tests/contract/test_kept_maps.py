@@ -15,7 +15,7 @@ import pytest
 
 import softshadows as ss
 import stage
-from softshadows.gpu.commands import SUBMIT_MS
+from softshadows.gpu.budget import SUBMIT_MS
 from softshadows.gpu.device import acquire
 from softshadows.techniques import Adaptive, Technique, Uniform
 from softshadows.techniques.light_pass import LightPass
@@ -207,7 +207,8 @@ def test_maps_that_all_fit_have_places_of_their_own(samples_per_submit: int) -> 
     """However a frame is cut: else a kept map would be overdrawn by one of the last chunk."""
     pixels = stage.SIZE[0] * stage.SIZE[1]
     lookups_per_ms = pixels * samples_per_submit / SUBMIT_MS
-    gpu: Any = SimpleNamespace(limit=lambda _: 8192, triangles_per_ms=1e12, lookups_per_ms=lookups_per_ms)
+    budget = SimpleNamespace(triangles_per_ms=1e12, lookups_per_ms=lookups_per_ms)
+    gpu: Any = SimpleNamespace(limit=lambda _: 8192, budget=budget)
     scene: Any = SimpleNamespace(triangle_count=12)
     plan = plan_atlas(gpu, scene, stage.SIZE, samples=25, resolution=256, memory_budget=512)
     assert plan.holds_all

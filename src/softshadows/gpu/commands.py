@@ -12,11 +12,9 @@ from typing import Any
 
 import wgpu
 
+from softshadows.gpu.budget import SUBMIT_MS
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.timing import PassTimer
-
-SUBMIT_MS = 500.0
-"""What one submit may take, after the device's rough speeds. Browsers and drivers stop work after 2 to 30 seconds."""
 
 
 class Commands:

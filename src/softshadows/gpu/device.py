@@ -18,6 +18,7 @@ import numpy as np
 import wgpu
 
 from softshadows.errors import DeviceError, OptionError
+from softshadows.gpu.budget import HARDWARE, SOFTWARE, Budget
 from softshadows.gpu.layout import Struct, pack
 
 OPTIONAL_FEATURES = {
@@ -65,16 +66,6 @@ DEFAULT_LIMITS: dict[str, int | None] = {
 
 RAISED_LIMITS = ("max-texture-dimension-2d", "max-storage-buffer-binding-size", "max-buffer-size")
 """Limits that the full profile names as the adapter's own; wgpu-py then raises all others to the adapter's as well."""
-
-CPU_TRIANGLES_PER_MS, CPU_LOOKUPS_PER_MS, CPU_RAYS_PER_MS = 10_000, 50_000, 5_000
-GPU_TRIANGLES_PER_MS, GPU_LOOKUPS_PER_MS, GPU_RAYS_PER_MS = 500_000, 10_000_000, 200_000
-"""Rough speeds, measured on a two-core software rasteriser and assumed low for GPUs: they only decide how a long frame
-is cut into submits, so that none of them runs into a driver's watchdog."""
-
-CPU_RAYS_AT_ONCE, GPU_RAYS_AT_ONCE = 16, 32
-"""Rays of a pixel in one dispatch. A software driver ends an invocation after 65 535 rounds of loops, which 64 rays
-through the spokes of a wheel have exceeded."""
-
 
 Dependency = Literal["scene", "camera", "light", "samples", "constant", "frame"]
 """What written data depend on: nodes and meshes, the camera, lights, the points on them that are sampled, nothing that
@@ -132,20 +123,9 @@ class Gpu:
         return self.adapter.info["adapter_type"].upper() == "CPU"
 
     @property
-    def triangles_per_ms(self) -> int:
-        return CPU_TRIANGLES_PER_MS if self.is_cpu else GPU_TRIANGLES_PER_MS
-
-    @property
-    def lookups_per_ms(self) -> int:
-        return CPU_LOOKUPS_PER_MS if self.is_cpu else GPU_LOOKUPS_PER_MS
-
-    @property
-    def rays_per_ms(self) -> int:
-        return CPU_RAYS_PER_MS if self.is_cpu else GPU_RAYS_PER_MS
-
-    @property
-    def rays_at_once(self) -> int:
-        return CPU_RAYS_AT_ONCE if self.is_cpu else GPU_RAYS_AT_ONCE
+    def budget(self) -> Budget:
+        """What one submit may hold."""
+        return SOFTWARE if self.is_cpu else HARDWARE
 
     def limit(self, name: str) -> int:
         return int(self.device.limits[name])

@@ -121,7 +121,7 @@ class Combination(ABC, Generic[AskedT]):
         """What the look-ups of a chunk take, by the device's rough speeds, beside the provider's `chunk_ms`."""
         samples, (width, height) = provider.samples, self.context.gbuffer.size
         lookups = self.lookups(samples.count) / samples.count * samples.per_chunk
-        return width * height * lookups / self.context.gpu.lookups_per_ms
+        return width * height * lookups / self.context.gpu.budget.lookups_per_ms
 
     def encode_frame(self, commands: Commands) -> None:
         """Encode what comes before a frame's first light."""

@@ -88,7 +88,7 @@ class RaySource(Source[LightRays]):
         self.stand_ins = {**nothing_known, **self._tree.stand_ins}
 
     def make(self, samples: int) -> LightRays:
-        per_chunk = min(self.gpu.rays_at_once, samples)
+        per_chunk = min(self.gpu.budget.rays_at_once, samples)
         return LightRays(
             self._tree, self.gbuffer, SampleSet(self.gpu, samples, places=self._places, per_chunk=per_chunk)
         )

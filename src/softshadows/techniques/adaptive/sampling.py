@@ -186,7 +186,7 @@ class AdaptiveSampling:
 
     def _step(self, level: int) -> Step:
         """A level's first one."""
-        lattice, at_once = self._lattice, self._context.gpu.rays_at_once
+        lattice, at_once = self._lattice, self._context.gpu.budget.rays_at_once
         return Step(
             level=level,
             samples=_every(lattice.spacing(level), lattice.columns),
@@ -201,7 +201,7 @@ class AdaptiveSampling:
 
     def _make_level(self, level: int) -> dict[str, list[Bindings]]:
         """By program: bound to each of the level's batches of maps, or to the rays that it traces at one time."""
-        first, at_once = self._step(level), self._context.gpu.rays_at_once
+        first, at_once = self._step(level), self._context.gpu.budget.rays_at_once
         ranks = [batch * first.samples_per_batch for batch in range(self._batches[level])]
         batches = [self._uniform(replace(first, first_rank=rank)) for rank in ranks]
         level_of = {name: batches for name in STEPPED}
@@ -315,14 +315,15 @@ class AdaptiveSampling:
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
         samples = self._lattice.count(level) / self._batches[level]
         return samples * (
-            self._context.scene.triangle_count / gpu.triangles_per_ms + width * height / gpu.lookups_per_ms
+            self._context.scene.triangle_count / gpu.budget.triangles_per_ms
+            + width * height / gpu.budget.lookups_per_ms
         )
 
     @property
     def _rays_ms(self) -> float:
         """What one dispatch of rays takes at most."""
         gpu, (width, height) = self._context.gpu, self._context.gbuffer.size
-        return gpu.rays_at_once * width * height / gpu.rays_per_ms
+        return gpu.budget.rays_at_once * width * height / gpu.budget.rays_per_ms
 
 
 def _every(spacing: int, columns: int) -> int:

@@ -228,7 +228,7 @@ class SoftMaps:
         width, height = self._context.gbuffer.size
         with commands.compute("lookup") as compute:
             self._look.dispatch(compute, (-(-width // 8), -(-height // 8)))
-        commands.account(self._options.samples * width * height / self.gpu.lookups_per_ms)
+        commands.account(self._options.samples * width * height / self.gpu.budget.lookups_per_ms)
 
     def _encode_choice(self, commands: Commands, number: int) -> None:
         """Test the samples drawn so far, and request those of the next stage."""

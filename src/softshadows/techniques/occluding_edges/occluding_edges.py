@@ -213,7 +213,7 @@ class OccludingEdgesPass(TechniquePass):
                 self._outreach.dispatch_indirect(compute, self._dispatch)
             with commands.compute("lookup") as compute:
                 self._lighting.dispatch(compute, (-(-width // 8), -(-height // 8)))
-            commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.lookups_per_ms)
+            commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.budget.lookups_per_ms)
 
 
 def _with_integral(table: Sequence[float]) -> np.ndarray:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from softshadows.gpu.commands import SUBMIT_MS
+from softshadows.gpu.budget import SUBMIT_MS
 from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.techniques.penumbra_wedges.edge_buffers import CLUSTER, EdgeBuffers
@@ -46,7 +46,7 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
     """The dispatches of a frame of this size, for one side of a light."""
     columns, rows = (-(-extent // TILE) for extent in size)
     milliseconds = size[0] * size[1] * (edges.edge_count + edges.triangle_count) / PRIMITIVES_PER_LOOKUP
-    milliseconds /= gpu.lookups_per_ms
+    milliseconds /= gpu.budget.lookups_per_ms
     bands = min(rows, 1 + int(milliseconds / SUBMIT_MS))
 
     edge_rounds, state_bytes = (constant(_combination(is_union), name) for name in ("EDGE_ROUNDS", "STATE_BYTES"))

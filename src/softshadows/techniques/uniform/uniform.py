@@ -92,7 +92,7 @@ class Uniform(Technique):
             rays = RaySource(context.gpu, context.scene, context.gbuffer, places)
             return LightPass(context, sampling, rays, TracedShare(context, rays, noise))
         is_hybrid = isinstance(self.visibility, Hybrid)
-        most_per_chunk = context.gpu.rays_at_once if is_hybrid else None
+        most_per_chunk = context.gpu.budget.rays_at_once if is_hybrid else None
         maps = map_source(context, self.resolution, MapOptions(caches=True), most_per_chunk)
         if is_hybrid:
             hybrid = HybridSource(maps)

@@ -138,7 +138,7 @@ class LineMaps:
         self.plan, self._gpu = plan, gpu
         options = MapOptions(search_margin=reach, texels_per_pixel=TEXELS_PER_PIXEL, caches=True)
         self.atlas = atlas = ShadowMaps(gpu, scene, gbuffer, plan, options)
-        self._triangle_ms = scene.triangle_count / gpu.triangles_per_ms
+        self._triangle_ms = scene.triangle_count / gpu.budget.triangles_per_ms
         self._windows = gpu.storage_buffer(FACES * dtype(LineWindow).itemsize, "the windows")
         self.state = gpu.storage_buffer(dtype(LineState).itemsize, "the state of the maps")
         self.requests = gpu.storage_buffer(4 * plan.chunks, "the requested samples")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from softshadows.errors import DeviceError
-from softshadows.gpu.commands import SUBMIT_MS
+from softshadows.gpu.budget import SUBMIT_MS
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.scene_buffers import SceneBuffers
 
@@ -84,7 +84,7 @@ def plan_atlas(
     largest = gpu.limit("max-texture-dimension-2d")
     row_in_budget = int(np.sqrt(memory_budget * 2**20 / 4) // tile)
     per_row = max(min(largest // tile, row_in_budget, int(np.ceil(np.sqrt(samples)))), 1)
-    milliseconds = scene.triangle_count / gpu.triangles_per_ms + size[0] * size[1] / gpu.lookups_per_ms
+    milliseconds = scene.triangle_count / gpu.budget.triangles_per_ms + size[0] * size[1] / gpu.budget.lookups_per_ms
     # Rounded up: a chunk fills a submit, where one a little smaller would wait for a second one.
     most = min(per_row * per_row, samples, most_per_chunk or samples)
     per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, most))

@@ -118,7 +118,7 @@ class ShadowMaps(Provider):
 
     @property
     def chunk_ms(self) -> float:
-        return self.plan.samples_per_chunk * self._scene.triangle_count / self._gpu.triangles_per_ms
+        return self.plan.samples_per_chunk * self._scene.triangle_count / self._gpu.budget.triangles_per_ms
 
     @property
     def resources(self) -> dict[str, Resource]:

@@ -101,7 +101,7 @@ class Lbvh:
 
     def encode_split(self, commands: Commands) -> None:
         """Order and shape of the tree with a triangle in each leaf, 2t - 1 nodes."""
-        pass_ms = self._count / self._gpu.triangles_per_ms
+        pass_ms = self._count / self._gpu.budget.triangles_per_ms
         triangles, nodes, blocks = groups_of(self._count), groups_of(self._node_count), groups_of(self._count, BLOCK)
         with commands.compute("tree") as compute:
             self._code.dispatch(compute, triangles)
@@ -129,4 +129,4 @@ class Lbvh:
         encoder, remaining = commands.encoder, self._stay_before.size - 4
         encoder.copy_buffer_to_buffer(self._nodes, 0, self._shapes, 0, 16 * self._node_count)
         encoder.copy_buffer_to_buffer(self._stay_before, remaining, self._grid, NODE_COUNT_OFFSET, 4)
-        commands.account(2.0 * self._count / self._gpu.triangles_per_ms)
+        commands.account(2.0 * self._count / self._gpu.budget.triangles_per_ms)

@@ -29,7 +29,7 @@ class LightRays(Provider):
     @property
     def chunk_ms(self) -> float:
         width, height = self._gbuffer.size
-        return self.samples.per_chunk * width * height / self.tree.gpu.rays_per_ms
+        return self.samples.per_chunk * width * height / self.tree.gpu.budget.rays_per_ms
 
     def set_lights(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
         self.samples.set_lights(lights)
