@@ -24,6 +24,6 @@ class Budget:
 
 
 SOFTWARE = Budget(triangles_per_ms=10_000, lookups_per_ms=50_000, rays_per_ms=5_000, rays_at_once=16)
-"""llvmpipe ends an invocation after 65 535 rounds of loops: 64 rays through the spokes of a wheel have exceeded them."""
+"""llvmpipe ends an invocation after 65 535 rounds of loops; 64 rays through a wheel's spokes have exceeded them."""
 
 HARDWARE = Budget(triangles_per_ms=500_000, lookups_per_ms=10_000_000, rays_per_ms=200_000, rays_at_once=32)
