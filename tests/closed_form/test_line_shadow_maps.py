@@ -187,6 +187,15 @@ def test_channels_have_an_atom_at_a_half_and_skins_lie_along_the_edge() -> None:
         channels_picture(maps, 7)
 
 
+def test_a_small_picture_of_much_geometry_keeps_all_its_skins() -> None:
+    """Which skins do not find a place in the list hangs on how threads come, and so does the frame."""
+    scene = ss.scenes.atrium()
+    scene.lights = [ss.LineLight((-1.0, 6.0, 0.0), (1.0, 6.0, 0.0), (10.0, 10.0, 10.0))]
+    frames = [stage.render(scene, "line_shadow_maps", (96, 72)) for _ in range(2)]
+    assert not any("skins" in warning for warning in frames[0].stats.warnings)
+    assert stage.same_bits(frames[0].visibility, frames[1].visibility)
+
+
 def test_pictures_need_a_frame_of_this_technique() -> None:
     with ss.Renderer(stage.standard_scene(ALONG), technique="hard", size=stage.SIZE) as renderer:
         renderer.render(stage.CAMERA)

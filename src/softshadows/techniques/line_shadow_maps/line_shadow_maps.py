@@ -44,7 +44,7 @@ Fails when
 Inputs
     line lights; for a triangular light its three sides, as in the paper (`LineLight.outline`).
 Cost
-    3 to 9 shadow maps, 8 bytes per texel of all that there may be; skins, about 1 in 100 texels; a look-up per pixel
+    3 to 9 shadow maps, 8 bytes per texel of all that there may be; 4 MiB of skins or more; a look-up per pixel
     and map, and in penumbrae a walk along the rows. Two samples of the paper's take 1.03 to 1.2 of the time of two hard
     shadows, and 1.05 with the maps kept.
 """

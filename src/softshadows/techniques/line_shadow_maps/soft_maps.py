@@ -30,7 +30,10 @@ CHANNEL_FORMAT = "rg16float"
 BYTES_PER_TEXEL = 8
 """Depth and two channels."""
 TEXELS_PER_SKIN = 32
-"""Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128."""
+"""Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128 at 1024×768."""
+FEWEST_SKINS = 1 << 18
+"""Places in the list at least, 4 MiB: small maps have more skins per texel. Those beyond the list are left out as their
+threads come, so that no two frames are alike; atrium and classroom at 96×72 have 125 000."""
 TESTED_PIXELS = 8 * constant(f"{_FOLDER}/choose.wgsl", "PIXEL_STEP")
 """Along the side of a workgroup of the test."""
 TOLERANCE = 1e-4
@@ -109,7 +112,7 @@ class SoftMaps:
 
     def _make_buffers(self) -> None:
         gpu, plan, texels = self.gpu, self.plan, self.plan.atlas_size**2
-        self._capacity = max(texels // TEXELS_PER_SKIN, 1024)
+        self._capacity = max(texels // TEXELS_PER_SKIN, FEWEST_SKINS)
         self.skins = gpu.storage_buffer(dtype(Skin).itemsize * self._capacity, "the skins")
         self.control = gpu.storage_buffer(dtype(Control).itemsize, "the control words")
         self._contradictions = gpu.storage_buffer(4 * CONTRADICTION_WORDS, "the contradictions")
