@@ -33,7 +33,7 @@ docs:
 
 test: lint
 	@scripts/setup.sh
-	$(python) -m pytest
+	$(python) -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 
 lint:
 	@scripts/setup.sh --no-driver

