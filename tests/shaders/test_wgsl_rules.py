@@ -228,7 +228,6 @@ def all_values_compiled_in() -> dict[str, set[str]]:
 COMPILED_IN = {
     "chunk.first_sample",
     "chunk.sample_count",
-    "frame.light_count",
     "levels.first",
     "maps.is_auto",
     "shape.columns",

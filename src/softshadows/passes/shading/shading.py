@@ -16,6 +16,9 @@ from softshadows.lights import record
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.lights import Light
 
+COUNT_BYTES = 16
+"""Before the lights: their number, up to where a record may begin."""
+
 
 class Shading:
     """The pass and its image `color`: rgba32float, linear radiance, alpha 1 on surfaces and 0 elsewhere."""
@@ -24,7 +27,7 @@ class Shading:
         self._gpu, self._groups = gpu, (-(-gbuffer.size[0] // 8), -(-gbuffer.size[1] // 8))
         usage = wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
         self.color = gpu.texture(gbuffer.size, "rgba32float", usage, "the colour")
-        self._lights = GrowingBuffer(gpu, dtype(record.Light).itemsize, "the lights")
+        self._lights = GrowingBuffer(gpu, COUNT_BYTES + dtype(record.Light).itemsize, "the lights")
         tables = [self._table(table) for table in record.specular_tables()]
         self._image_bytes = 16 * gbuffer.size[0] * gbuffer.size[1]
 
@@ -58,10 +61,10 @@ class Shading:
 
     def set_lights(self, lights: Sequence[Light]) -> None:
         """Write the lights."""
-        if lights:
-            data = pack(*(record.light_record(light, index) for index, light in enumerate(lights)))
-            self._lights.hold(len(data))
-            self._gpu.write(self._lights.buffer, 0, data, what="light")
+        records = pack(*(record.light_record(light, index) for index, light in enumerate(lights))) if lights else b""
+        data = len(lights).to_bytes(COUNT_BYTES, "little") + records
+        self._lights.hold(len(data))
+        self._gpu.write(self._lights.buffer, 0, data, what="light")
 
     def encode(self, commands: Commands) -> None:
         with commands.compute("shading") as compute:

@@ -4,10 +4,15 @@
 //#include "gpu/packing.wgsl"
 //#include "lights/radiance.wgsl"
 
+struct Lights {
+    count: u32,
+    list: array<Light>,
+};
+
 // x = shading normal (octahedral, 2 snorm16), y = base colour (sRGB, 4 unorm8), z = roughness and metallic (2 unorm16),
 // w = emission (RGB9E5)
 @group(0) @binding(3) var g_material: texture_2d<u32>;
-@group(0) @binding(4) var<storage, read> lights: array<Light>;
+@group(0) @binding(4) var<storage, read> lights: Lights;
 @group(0) @binding(5) var<storage, read> visibility: array<f32>;  // [light][y][x]
 @group(0) @binding(6) var ltc_matrix: texture_2d<f32>;
 @group(0) @binding(7) var ltc_albedo: texture_2d<f32>;
@@ -41,11 +46,11 @@ fn cs_shade(@builtin(global_invocation_id) id: vec3u) {
     let surface = load_surface(receiver, material);
     let lobes = shading_lobes(surface, ltc_matrix, ltc_albedo);
     var radiance = unpack_rgb9e5(material.w);
-    for (var i = 0u; i < frame.light_count; i++) {
+    for (var i = 0u; i < lights.count; i++) {
         let visible = visibility[(i * frame.size.y + id.y) * frame.size.x + id.x];
         // Irradiance is of the part of the light above the horizon, so visibility has to be of that part too.
-        let above = fraction_above_horizon(lights[i], receiver.position_ws, receiver.normal_ws);
-        radiance += min(visible / max(above, MIN_FRACTION), 1.0) * unshadowed_radiance(lights[i], surface, lobes);
+        let above = fraction_above_horizon(lights.list[i], receiver.position_ws, receiver.normal_ws);
+        radiance += min(visible / max(above, MIN_FRACTION), 1.0) * unshadowed_radiance(lights.list[i], surface, lobes);
     }
     textureStore(color, id.xy, vec4f(radiance, 1.0));
 }
