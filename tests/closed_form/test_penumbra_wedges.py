@@ -209,7 +209,7 @@ def test_pauses_change_nothing(blending: str, monkeypatch: pytest.MonkeyPatch) -
     """A tile that pauses often ends with the bits of one that never does; pauses fall into every loop."""
     scene = stage.standard_scene() if blending == "union" else ss.scenes.sphere_cube(2)
     at_once = stage.render(scene, wedges(blending))
-    monkeypatch.setattr(dispatches, "ROUNDS", 1250 if blending == "union" else 150)
+    monkeypatch.setattr(dispatches, "ROUNDS_OF_DISPATCH", 1250 if blending == "union" else 150)
     paused = stage.render(scene, wedges(blending))
     assert paused.stats.gpu_bytes > at_once.stats.gpu_bytes, "states are kept"
     assert stage.same_bits(paused.visibility, at_once.visibility)

@@ -12,6 +12,9 @@ from dataclasses import dataclass
 SUBMIT_MS = 500.0
 """What one submit may take, after those speeds. Browsers and drivers stop work after 2 to 30 seconds."""
 
+ROUNDS_OF_DISPATCH = 50_000
+"""Of its loops, that an invocation may count in one dispatch, below the 65 535 that llvmpipe allows (driver.wgsl)."""
+
 
 @dataclass(frozen=True)
 class Budget:
@@ -24,6 +27,6 @@ class Budget:
 
 
 SOFTWARE = Budget(triangles_per_ms=10_000, lookups_per_ms=50_000, rays_per_ms=5_000, rays_at_once=16)
-"""llvmpipe ends an invocation after 65 535 rounds of loops; 64 rays through a wheel's spokes have exceeded them."""
+"""64 rays through a wheel's spokes have exceeded the rounds of loops that llvmpipe allows (driver.wgsl)."""
 
 HARDWARE = Budget(triangles_per_ms=500_000, lookups_per_ms=10_000_000, rays_per_ms=200_000, rays_at_once=32)

@@ -8,15 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from softshadows.gpu.budget import SUBMIT_MS
+from softshadows.gpu.budget import ROUNDS_OF_DISPATCH, SUBMIT_MS
 from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.techniques.penumbra_wedges.edge_buffers import CLUSTER, EdgeBuffers
 
 _FOLDER = "techniques/penumbra_wedges"
 TILE = constant(f"{_FOLDER}/tile.wgsl", "TILE")
-ROUNDS = 50_000
-"""`rounds_of_dispatch` of gpu/driver.wgsl."""
 OBJECT_ROUNDS = constant(f"{_FOLDER}/wedges.wgsl", "OBJECT_ROUNDS")
 MOST_BYTES = 2**26
 """Of all receivers in a band."""
@@ -51,7 +49,7 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
 
     edge_rounds, state_bytes = (constant(_combination(is_union), name) for name in ("EDGE_ROUNDS", "STATE_BYTES"))
     longest_step = 8 + CLUSTER * edge_rounds  # a cluster, and the way back to it; a tile pauses when this is not left
-    parts = -(-_rounds(edges, edge_rounds, is_union) // (ROUNDS - longest_step))
+    parts = -(-_rounds(edges, edge_rounds, is_union) // (ROUNDS_OF_DISPATCH - longest_step))
     row_bytes = columns * TILE**2 * state_bytes
     if parts > 1:
         bands = max(bands, -(-rows // max(MOST_BYTES // row_bytes, 1)))
@@ -60,7 +58,7 @@ def plan(gpu: Gpu, edges: EdgeBuffers, size: tuple[int, int], is_union: bool) ->
         parts=max(parts, 1),
         milliseconds=milliseconds,
         state_bytes=-(-rows // bands) * row_bytes if parts > 1 else state_bytes,
-        constants={"is_in_parts": parts > 1, "rounds_of_dispatch": ROUNDS},
+        constants={"is_in_parts": parts > 1, "rounds_of_dispatch": ROUNDS_OF_DISPATCH},
     )
 
 

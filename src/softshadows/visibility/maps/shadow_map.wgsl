@@ -49,8 +49,7 @@ fn sight_through(sample_index: u32, receiver: Receiver, through: vec3f) -> Sight
         toward = -receiver.normal_ls.z;
     }
     sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.position_ls.z < 0.0);
-    // The front window may reach over the other faces. A loop, since machines that run many invocations in step would
-    // otherwise look for another face for all of them.
+    // The front window may reach over the other faces. A loop in place of a branch (gpu/driver.wgsl).
     var face = FRONT;
     var point = face_coordinates(FRONT, along);
     sight.covered = is_covered(sample_index * FACES + FRONT, point);

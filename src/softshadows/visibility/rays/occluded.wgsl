@@ -77,8 +77,8 @@ fn blocked_by(packet: Packet, place: u32) -> vec4f {
 
 // Those of the packet's segments that are open to the end.
 //
-// Loops, not branches, hold what is rarer: hits in the outer one, triangles in the next, boxes innermost. A machine that runs
-// many invocations in step then does not test a triangle for each box, nor read a texture for each triangle.
+// Loops, not branches, hold what is rarer: hits in the outer one, triangles in the next, boxes innermost, so that no triangle is
+// tested for each box, and no texture read for each triangle (gpu/driver.wgsl).
 fn open_segments(asked: Packet) -> vec4<bool> {
     var packet = asked;
     if last_blocker != NOWHERE {
