@@ -90,6 +90,13 @@ def render(
     return ss.render(scene, camera or scene.camera or CAMERA, technique=technique, size=size)
 
 
+def drawn(renderer: ss.Renderer, camera: ss.Camera) -> ss.Frame:
+    """A frame as `draw` makes the first of a picture, with maps that may have been fitted before, and read back."""
+    with renderer._frame(camera, keeps_looser_fits=True) as (passes, commands):
+        passes.readback.encode(commands.encoder)
+    return renderer.read()
+
+
 def same_bits(a: npt.NDArray[np.float32], b: npt.NDArray[np.float32]) -> bool:
     """Equal shapes and equal bit patterns."""
     return a.shape == b.shape and np.array_equal(a.view(np.uint32), b.view(np.uint32))

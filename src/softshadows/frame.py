@@ -21,7 +21,7 @@ class FrameStats:
     """What a frame cost.
 
     `gpu_ms` by pass; `cpu_ms` to prepare and encode it, without the driver's submit; `gpu_bytes` held; `number` counts
-    the renderer's frames from 1.
+    the renderer's frames from 1; with `looser_fits` shadow maps may have served that were fitted for other cameras.
     """
 
     shadow_maps: int = 0
@@ -32,6 +32,7 @@ class FrameStats:
     submits: int = 0
     warnings: list[str] = field(default_factory=list)
     number: int = 0
+    looser_fits: bool = False
 
 
 @dataclass(eq=False)

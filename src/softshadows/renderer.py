@@ -81,9 +81,10 @@ class Renderer:
     def draw(self, camera: Camera) -> int:
         """One frame into `images`, refined as by `refine` while nothing moves. Waits for nothing.
 
+        Shadow maps may serve that an earlier camera's frame has fitted, less tightly than `render` would fit them.
         Returns the frame's number; `finished` tells some frames later what it cost.
         """
-        with self._frame(camera, refines=True) as (passes, commands):
+        with self._frame(camera, refines=True, keeps_looser_fits=True) as (passes, commands):
             passes.ring.encode(commands.encoder)
         passes.ring.start(passes.submitted)
         return self._frames
@@ -120,14 +121,18 @@ class Renderer:
             self.passes = FramePasses(owner, gbuffer, lambda light: self.technique, self._memory_budget)
         self.passes.prepare(len(self.scene.lights))
 
-    def write(self, camera: Camera, *, refines: bool = False) -> None:
-        """Write what the frame needs from the CPU. With `refines` it takes part in the mean of what shows the same."""
+    def write(self, camera: Camera, *, refines: bool = False, keeps_looser_fits: bool = False) -> None:
+        """Write what the frame needs from the CPU.
+
+        With `refines` it takes part in the mean of what shows the same; with `keeps_looser_fits` it may see shadow maps
+        that were fitted for other cameras.
+        """
         passes, lights = self._ready, list(self.scene.lights)
         subject = (camera, tuple(lights), passes.gbuffer.scene.geometry)
         earlier = passes.mean.write(subject if refines and self.technique.refines else None, len(lights))
-        passes.gbuffer.set_camera(camera, len(lights))
-        passes.groups.write(lights, earlier)
-        passes.shading.set_lights(lights)
+        passes.gbuffer.write(camera, len(lights))
+        passes.groups.write(lights, earlier, keeps_looser_fits=keeps_looser_fits)
+        passes.shading.write(lights)
 
     def encode(self, commands: Commands) -> None:
         """Encode all that fills `images`."""
@@ -148,19 +153,20 @@ class Renderer:
         return self.passes
 
     @contextmanager
-    def _frame(self, camera: Camera, *, refines: bool = False) -> Iterator[tuple[FramePasses, Commands]]:
-        """The first three steps and the submit, between which the caller encodes what is to be copied."""
+    def _frame(self, camera: Camera, **how: bool) -> Iterator[tuple[FramePasses, Commands]]:
+        """The first three steps, written as `write` takes it, and the submit; before it the caller encodes copies."""
         with self._gpu.lock, device_errors("the frame could not be rendered"):
             started = time.thread_time()
             self.prepare()
-            self.write(camera, refines=refines)
+            self.write(camera, **how)
             commands = Commands(self._gpu, self._ready.timer)
             self.encode(commands)
             yield self._ready, commands
             commands.submit()
             self._frames += 1
             cpu_ms = 1e3 * (time.thread_time() - started - commands.submit_seconds)
-            self._ready.submitted = Submitted(self._frames, self.scene, commands, cpu_ms)
+            looser = how.get("keeps_looser_fits", False)
+            self._ready.submitted = Submitted(self._frames, self.scene, commands, cpu_ms, looser_fits=looser)
 
     # -- What is kept between frames -----------------------------------------------------------------------------------
 

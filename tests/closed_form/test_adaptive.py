@@ -421,7 +421,7 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
     """Ten words of 32 bits for each pixel's look-ups, in buffers as large as every WebGPU adapter has them."""
     with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
         renderer.prepare()
-        renderer.passes.technique.set_lights(STANDARD.lights)
+        renderer.passes.technique.write(dict(enumerate(STANDARD.lights)))
         (sampling,) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
         sizes = {name: buffer.size for name, buffer in vars(sampling.buffers).items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)

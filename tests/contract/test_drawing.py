@@ -168,7 +168,7 @@ def test_the_mean_is_that_of_double_precision() -> None:
             assert renderer.passes is not None
             renderer.passes.mean.forget()
             monkey = renderer.passes.groups.write
-            renderer.passes.groups.write = lambda lights, _, n=number, write=monkey: write(lights, n)  # type: ignore[method-assign]
+            renderer.passes.groups.write = lambda lights, _, n=number, write=monkey, **how: write(lights, n)  # type: ignore[method-assign]
             frames.append(renderer.render(stage.CAMERA))
             renderer.passes.groups.write = monkey  # type: ignore[method-assign]
         for _ in range(count):

@@ -83,13 +83,13 @@ def test_lights_are_written_only_where_something_changed(name: str, monkeypatch:
     """Not for a camera; for a light, and for geometry, whose extent the maps' depth depends on. Then the picture is a
     new renderer's."""
     written: list[int] = []
-    original = ShadowMaps.set_lights
+    original = ShadowMaps.write
 
     def counted(self: ShadowMaps, *args: Any, **others: Any) -> None:
         written.append(1)
         original(self, *args, **others)
 
-    monkeypatch.setattr(ShadowMaps, "set_lights", counted)
+    monkeypatch.setattr(ShadowMaps, "write", counted)
     scene, technique = stage.standard_scene(), stage.cheap(name)
     above = ss.Camera((0.0, 4.0, 0.1), (0.0, 0.0, 0.0))
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:

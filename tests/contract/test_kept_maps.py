@@ -133,20 +133,18 @@ def test_after_a_small_step_of_the_camera_maps_serve_or_are_drawn_again(name: st
     """
     made = stage.standard_scene()
     with renderer_of(made, name) as renderer:
-        renderer.prepare()
-        assert renderer.passes.technique is not None
-        renderer.passes.technique.keeps_looser_fits = True
-        renderer.render(stage.CAMERA)
+        stage.drawn(renderer, stage.CAMERA)
         kept = redrawn = 0
         for step, camera in CAMERAS.items():
-            frame = renderer.render(camera)
+            frame = stage.drawn(renderer, camera)
+            assert frame.stats.looser_fits
             drawn = instances(renderer).sum(axis=0).max()
             expected, all_drawn = fresh(made, camera, name)
             kept += drawn < all_drawn.sum(axis=0).max()
             redrawn += drawn > 0
             stage.check_visibility(frame)
             assert np.abs(frame.visibility - expected.visibility).mean() <= 0.01, step
-            again = renderer.render(camera)
+            again = stage.drawn(renderer, camera)
             assert not instances(renderer).any(), f"{step}: what was drawn serves"
             assert same_frame(again, frame)
         assert kept > 0, "no step is small enough to keep anything"

@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cache
 from typing import Any, Literal, TypeVar, get_args
+from weakref import WeakSet
 
 import numpy as np
 import wgpu
@@ -94,28 +95,28 @@ class Gpu:
     )
     scenes: dict[int, Any] = field(default_factory=dict)
     lock: threading.RLock = field(default_factory=threading.RLock)
-    owned: list[Owned] | None = None
+    owned: WeakSet[Owned] | None = None
 
     def owner(self) -> Gpu:
         """The same device for somebody who owns what is made through it, until `release` destroys it all."""
-        return replace(self, owned=[])
+        return replace(self, owned=WeakSet())
 
     def release(self) -> None:
         """Destroy the buffers, textures and query sets that were made through this owner."""
         assert self.owned is not None, "only an owner can release"
-        for item in self.owned:
+        for item in [*self.owned]:
             item.destroy()
         self.owned.clear()
 
     def destroy(self, item: Owned) -> None:
         """Destroy one of them before the others. What has been submitted may still use it."""
         if self.owned is not None:
-            self.owned.remove(item)
+            self.owned.discard(item)
         item.destroy()
 
     def _own(self, item: OwnedT) -> OwnedT:
         if self.owned is not None:
-            self.owned.append(item)
+            self.owned.add(item)
         return item
 
     @property

@@ -87,7 +87,7 @@ class SampleSet:
             row[: len(data)] = np.frombuffer(data, np.uint8)
         return rows
 
-    def set_lights(self, lights: Sequence[SampledLight]) -> None:
+    def write(self, lights: Sequence[SampledLight]) -> None:
         """Write this frame's lights; `encode` takes them by their index."""
         contents = [
             pack(record.light_record(each.light, each.layer)) + pack(record.samples_record(each.points, each.weights))

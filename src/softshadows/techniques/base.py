@@ -65,19 +65,22 @@ class TechniquePass(ABC):
         self.warnings: list[str] = []
 
     @abstractmethod
-    def set_lights(self, lights: Sequence[Light]) -> None:
-        """Write what the frame needs to know of the lights. Before encode, every frame."""
+    def write(self, lights: Mapping[int, Light]) -> None:
+        """Write what the frame needs to know of the pass's lights. Before encode, every frame.
+
+        Each comes with its place among the frame's lights, which is that of its layer of visibility.
+        """
 
     @abstractmethod
     def encode(self, commands: Commands) -> None:
-        """Encode everything that fills every light's visibility."""
+        """Encode everything that fills these lights' visibility."""
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         """Buffers, with dtype and shape, that the frame's read-back brings along with its images, by name."""
         return {}
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:  # noqa: B027, most have nothing to learn
+    def read(self, results: Mapping[str, np.ndarray]) -> None:  # noqa: B027, most have nothing to learn
         """Learn from `results` what only the GPU knew of the frame: maps, look-ups, warnings."""
 
 

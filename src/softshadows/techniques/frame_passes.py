@@ -41,10 +41,11 @@ class Images:
 class Submitted:
     """What the CPU knows of a frame: its number, counted from 1, lights, timed passes, and what it cost."""
 
-    def __init__(self, number: int, scene: Scene, commands: Commands, cpu_ms: float) -> None:
+    def __init__(self, number: int, scene: Scene, commands: Commands, cpu_ms: float, *, looser_fits: bool) -> None:
         self.number, self.cpu_ms, self.submits = number, cpu_ms, commands.submits
         self.lights, self.warnings = list(scene.lights), list(scene.warnings)
         self.pass_names = list(commands.timer.names)
+        self.looser_fits = looser_fits
 
 
 class FramePasses:
@@ -135,7 +136,7 @@ class FramePasses:
 
     def _stats(self, results: Mapping[str, np.ndarray], submitted: Submitted) -> FrameStats:
         gpu, scene, groups = self._gpu, self.gbuffer.scene, self.groups
-        groups.take_results(results)
+        groups.read(results)
         return FrameStats(
             shadow_maps=groups.shadow_maps,
             lookups_per_pixel=groups.lookups_per_pixel,
@@ -145,6 +146,7 @@ class FramePasses:
             submits=submitted.submits,
             warnings=[*submitted.warnings, *gpu.fallbacks, *scene.warnings, *groups.warnings],
             number=submitted.number,
+            looser_fits=submitted.looser_fits,
         )
 
     def release(self) -> None:

@@ -26,16 +26,15 @@ class LightGroups:
             if technique not in self._passes:
                 self._passes[technique] = technique.build(self._context)
 
-    def write(self, lights: Sequence[Light], refinements: int) -> None:
-        """Give every pass its lights."""
-        groups: dict[Technique, list[Light]] = {}
+    def write(self, lights: Sequence[Light], refinements: int = 0, *, keeps_looser_fits: bool = False) -> None:
+        """Give every pass its lights, and say how their samples and maps depend on the frames before (base.py)."""
+        groups: dict[Technique, dict[int, Light]] = {}
         for index, light in enumerate(lights):
-            groups.setdefault(self._technique_of(index), []).append(light)
-        assert len(groups) <= 1, "a pass does not know yet which layers are its own"
+            groups.setdefault(self._technique_of(index), {})[index] = light
         self._at_work = [self._passes[technique] for technique in groups]
         for each, group in zip(self._at_work, groups.values(), strict=True):
-            each.refinements = refinements
-            each.set_lights(group)
+            each.refinements, each.keeps_looser_fits = refinements, keeps_looser_fits
+            each.write(group)
 
     def encode(self, commands: Commands) -> None:
         for each in self._at_work:
@@ -55,10 +54,10 @@ class LightGroups:
             for name, result in each.results.items()
         }
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+    def read(self, results: Mapping[str, np.ndarray]) -> None:
         """Hand every pass its own."""
         for number, each in enumerate(self._passes.values()):
-            each.take_results({name: results[f"{number}.{name}"] for name in each.results})
+            each.read({name: results[f"{number}.{name}"] for name in each.results})
 
     @property
     def shadow_maps(self) -> int:

@@ -114,8 +114,8 @@ class Combination(ABC, Generic[AskedT]):
     def lookups(self, samples: int) -> float:
         """How often a pixel reads the maps of a light with so many samples, or traces rays to it."""
 
-    def set_lights(self, lights: int) -> None:
-        """How many lights the next frames have."""
+    def write(self, layers: Sequence[int]) -> None:
+        """The next frames' lights, by their layers of visibility."""
 
     def lookup_ms(self, provider: AskedT) -> float:
         """What the look-ups of a chunk take, by the device's rough speeds, beside the provider's `chunk_ms`."""
@@ -138,7 +138,7 @@ class Combination(ABC, Generic[AskedT]):
         """As TechniquePass.results."""
         return {}
 
-    def take_results(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
+    def read(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
         """Learn from the results of a frame with so many lights."""
         return Found()
 
@@ -185,27 +185,27 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         self._source, self.combination = source, combination
         self._providers: dict[int, list[ProviderT]] = {}  # by samples per light
         self.turns: list[tuple[ProviderT, int]] = []  # per light: its provider, and its index there
-        self._written: tuple[tuple[Light, ...], Geometry, int, bool] | None = None
+        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
-        written = (tuple(lights), self._context.scene.geometry, self.refinements, self.keeps_looser_fits)
+    def write(self, lights: Mapping[int, Light]) -> None:
+        written = (tuple(lights.items()), self._context.scene.geometry, self.refinements, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written = written
         by_count: dict[int, list[SampledLight]] = {}
-        for layer, light in enumerate(lights):
+        for layer, light in lights.items():
             points, weights = self._sampling.points(light, self.refinements)
             seen = light.without_size if self._sampling.ignores_size else light
             by_count.setdefault(len(weights), []).append(SampledLight(seen, layer, points, weights))
-        self.combination.set_lights(len(lights))
+        self.combination.write([*lights])
         turns: dict[int, tuple[ProviderT, int]] = {}
         for count, group in by_count.items():
             providers = self._providers_for(count, len(group))
             for number, provider in enumerate(providers):
                 own = group[number :: len(providers)]
-                provider.set_lights(own, keeps_looser_fits=self.keeps_looser_fits)
+                provider.write(own, keeps_looser_fits=self.keeps_looser_fits)
                 turns |= {each.layer: (provider, index) for index, each in enumerate(own)}
-        self.turns = [turns[layer] for layer in range(len(lights))]
+        self.turns = [turns[layer] for layer in lights]
         counts = [provider.samples.count for provider, _ in self.turns]
         self.shadow_maps = sum(counts) if self._source.draws_maps else 0
         self.lookups_per_pixel = float(sum(self.combination.lookups(count) for count in counts))
@@ -234,8 +234,8 @@ class LightPass(TechniquePass, Generic[ProviderT]):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return self.combination.results
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
-        found = self.combination.take_results(results, len(self.turns))
+    def read(self, results: Mapping[str, np.ndarray]) -> None:
+        found = self.combination.read(results, len(self.turns))
         self.warnings = found.warnings
         if found.lookups_per_pixel is not None:
             self.lookups_per_pixel = found.lookups_per_pixel

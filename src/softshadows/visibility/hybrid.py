@@ -33,8 +33,8 @@ class MapsAndRays(Provider):
     def chunk_ms(self) -> float:
         return self.maps.chunk_ms + self._rays.chunk_ms
 
-    def set_lights(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
-        self.maps.set_lights(lights, keeps_looser_fits=keeps_looser_fits)
+    def write(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
+        self.maps.write(lights, keeps_looser_fits=keeps_looser_fits)
 
     def encode_frame(self, commands: Commands) -> None:
         self._rays.encode_frame(commands)

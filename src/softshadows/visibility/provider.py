@@ -35,7 +35,7 @@ class Provider(ABC):
         """What a chunk takes, by the device's rough speeds, without the look-ups into maps."""
 
     @abstractmethod
-    def set_lights(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
+    def write(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
         """Write this frame's lights; `encode_turn` takes them by their index.
 
         With `keeps_looser_fits` a map may serve that a new renderer would fit more tightly.

@@ -95,7 +95,7 @@ class GBuffer:
         """What receiver.wgsl declares: the camera, and the surface at every pixel."""
         return {"frame": self.uniforms, "g_position": self.position_view, "g_normal": self.normal_view}
 
-    def set_camera(self, camera: Camera, light_count: int) -> None:
+    def write(self, camera: Camera, light_count: int) -> None:
         """Write the frame's uniforms."""
         width, height = self.size
         right, up, back = camera.axes

@@ -59,7 +59,7 @@ class Shading:
         """On the GPU."""
         return self._image_bytes + self._lights.size
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
+    def write(self, lights: Sequence[Light]) -> None:
         """Write the lights."""
         records = pack(*(record.light_record(light, index) for index, light in enumerate(lights))) if lights else b""
         data = len(lights).to_bytes(COUNT_BYTES, "little") + records

@@ -60,7 +60,7 @@ Cost
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -168,7 +168,7 @@ class AdaptivePass(TechniquePass):
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._samplings: dict[Lattice, list[AdaptiveSampling]] = {}
-        self._written: tuple[tuple[Light, ...], Geometry, int, bool] | None = None
+        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
         self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
         self._denoise = None
@@ -176,25 +176,25 @@ class AdaptivePass(TechniquePass):
             noise = 1.0 / (1 << technique.max_depth)  # a row of the lattice's cells
             self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise)
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
+    def write(self, lights: Mapping[int, Light]) -> None:
         jitter = self.refinements
-        written = (tuple(lights), self._context.scene.geometry, jitter, self.keeps_looser_fits)
+        written = (tuple(lights.items()), self._context.scene.geometry, jitter, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written = written
         if self._denoise is not None:
-            self._denoise.set_layers(range(len(lights)))
+            self._denoise.write([*lights])
         groups: dict[Lattice, list[tuple[Light, int]]] = {}
-        for layer, light in enumerate(lights):
+        for layer, light in lights.items():
             groups.setdefault(lattice_of(light, self._technique.max_depth), []).append((light, layer))
         turns: dict[int, tuple[AdaptiveSampling, int]] = {}
         for lattice, group in groups.items():
             samplings = self._samplings_for(lattice, len(group))
             for number, sampling in enumerate(samplings):
                 own = group[number :: len(samplings)]
-                sampling.set_lights(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
+                sampling.write(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
                 turns |= {layer: (sampling, index) for index, (_, layer) in enumerate(own)}
-        self._turns = [turns[layer] for layer in range(len(lights))]
+        self._turns = [turns[layer] for layer in lights]
         self.bytes = sum(sampling.bytes for samplings in self._samplings.values() for sampling in samplings)
         if not isinstance(self._technique.visibility, Maps):
             self.bytes += tree_of(self._context.scene).bytes
@@ -250,7 +250,7 @@ class AdaptivePass(TechniquePass):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return {"report": (self._report, "<u4", (REPORT_WORDS,))}
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+    def read(self, results: Mapping[str, np.ndarray]) -> None:
         maps, capped, low, high, refused, cut_short = (int(word) for word in results["report"])
         width, height = self._context.gbuffer.size
         self.shadow_maps = 0 if isinstance(self._technique.visibility, Rays) else maps

@@ -238,14 +238,14 @@ class AdaptiveSampling:
         """Can maps stay from frame to frame, where one light has them to itself?"""
         return self._plan is not None and self._plan.holds_all
 
-    def set_lights(self, lights: list[tuple[Light, int]], jitter: int, *, keeps_looser_fits: bool) -> None:
+    def write(self, lights: list[tuple[Light, int]], jitter: int, *, keeps_looser_fits: bool) -> None:
         """Write this frame's lights, each with its layer of visibility."""
         weights = np.ones(self._lattice.samples)
         sampled = [SampledLight(light, layer, self._points(light, jitter), weights) for light, layer in lights]
         if self._maps is not None:
-            self._maps.set_lights(sampled, keeps_looser_fits=keeps_looser_fits)
+            self._maps.write(sampled, keeps_looser_fits=keeps_looser_fits)
         else:
-            self._samples.set_lights(sampled)
+            self._samples.write(sampled)
 
     def _points(self, light: Light, jitter: int) -> np.ndarray:
         points_at = partial(self._lattice.points, light, is_sheared=self._tree is not None)

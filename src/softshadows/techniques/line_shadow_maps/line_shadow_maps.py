@@ -51,7 +51,7 @@ Cost
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 import numpy as np
@@ -117,17 +117,17 @@ class LineShadowMapsPass(TechniquePass):
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._soft_maps: dict[bool, SoftMaps] = {}  # by whether the light has a length
-        self._written: tuple[tuple[Light, ...], Geometry] | None = None
+        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
-        written = (tuple(lights), self._context.scene.geometry)
+    def write(self, lights: Mapping[int, Light]) -> None:
+        written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written = written
         groups: dict[bool, list[tuple[Light, int]]] = {}
         turns = []
-        for layer, light in enumerate(lights):
+        for layer, light in lights.items():
             has_length = light.has_size
             if has_length not in self._soft_maps:
                 self._soft_maps[has_length] = self._new_maps(has_length)
@@ -135,7 +135,7 @@ class LineShadowMapsPass(TechniquePass):
             turns.append((self._soft_maps[has_length], len(group)))
             group.append((light, layer))
         for has_length, group in groups.items():
-            self._soft_maps[has_length].set_lights(group)
+            self._soft_maps[has_length].write(group, keeps_looser_fits=self.keeps_looser_fits)
         self.turns = turns
         self.bytes = sum(maps.bytes for maps in self._soft_maps.values())
 
@@ -163,7 +163,7 @@ class LineShadowMapsPass(TechniquePass):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return {"report": (self._report, "<u4", (REPORT_WORDS,))}
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+    def read(self, results: Mapping[str, np.ndarray]) -> None:
         self.clamped, self.shadow_maps, self.skins, dropped = (int(word) for word in results["report"])
         self.lookups_per_pixel = float(self.shadow_maps)
         self.warnings = []

@@ -211,11 +211,12 @@ class SoftMaps:
             constants=constants,
         )
 
-    def set_lights(self, lights: Sequence[tuple[Light, int]]) -> None:
+    def write(self, lights: Sequence[tuple[Light, int]], *, keeps_looser_fits: bool) -> None:
         """Write this frame's lights, each with its layer of visibility."""
         last = self._options.samples - 1
         first_stage = {0, last // 2, last} if self._options.is_auto else range(last + 1)
-        self.maps.set_lights(lights, sum(1 << sample for sample in first_stage))
+        requested = sum(1 << sample for sample in first_stage)
+        self.maps.write(lights, requested, keeps_looser_fits=keeps_looser_fits)
 
     def encode(self, commands: Commands, index: int) -> None:
         """Find light `index`'s visibility."""

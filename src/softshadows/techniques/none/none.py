@@ -21,7 +21,7 @@ Cost
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping
 from typing import ClassVar
 
 from softshadows.gpu.commands import Commands
@@ -48,8 +48,8 @@ class _FillPass(TechniquePass):
         resources = {"frame": context.gbuffer.uniforms, "visibility": context.visibility, "layers": self._layers.buffer}
         self._fill = Program(context.gpu, "techniques/none/none.wgsl", "cs_fill", resources)
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
-        self._layers.write(range(len(lights)))
+    def write(self, lights: Mapping[int, Light]) -> None:
+        self._layers.write([*lights])
 
     def encode(self, commands: Commands) -> None:
         width, height = self._size

@@ -51,7 +51,7 @@ Cost
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 import numpy as np
@@ -166,7 +166,7 @@ class OccludingEdgesPass(TechniquePass):
         buffers = (self._dispatch, self._cells, self._influence)
         self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + sum(buffer.size for buffer in buffers)
         self._make_programs()
-        self._written: tuple[tuple[Light, ...], Geometry] | None = None
+        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.lights: tuple[Light, ...] = ()
 
     def _make_programs(self) -> None:
@@ -191,13 +191,14 @@ class OccludingEdgesPass(TechniquePass):
             edge_rows=texture.rows,
         )
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
-        written = (tuple(lights), self._context.scene.geometry)
+    def write(self, lights: Mapping[int, Light]) -> None:
+        written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
         if written == self._written:
             return
-        self._written, self.lights = written, tuple(lights)
+        self._written, self.lights = written, tuple(lights.values())
         if lights:
-            self.maps.set_lights([(light, layer) for layer, light in enumerate(lights)])
+            own = [(light, layer) for layer, light in lights.items()]
+            self.maps.write(own, keeps_looser_fits=self.keeps_looser_fits)
         self.shadow_maps = self._technique.samples * len(lights)
         self.lookups_per_pixel = float(LOOKUPS * self.shadow_maps)
 

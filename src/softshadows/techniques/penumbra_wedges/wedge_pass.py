@@ -11,7 +11,7 @@ into the same buffers.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,7 +94,7 @@ class WedgePass(TechniquePass):
         self._context, self._constants = context, constants
         self._edges = EdgeBuffers(context.gpu, context.scene.geometry)
         self._geometry = context.scene.geometry
-        self._written: tuple[Light, ...] | None = None
+        self._written: dict[int, Light] | None = None
         self._build()
 
     # -- What the scene decides ----------------------------------------------------------------------------------------
@@ -167,18 +167,18 @@ class WedgePass(TechniquePass):
 
     # -- What the lights decide ----------------------------------------------------------------------------------------
 
-    def set_lights(self, lights: Sequence[Light]) -> None:
+    def write(self, lights: Mapping[int, Light]) -> None:
         geometry = self._context.scene.geometry
         if geometry is not self._geometry:
             if self._edges.update(geometry):
                 self._build()
             self._geometry, self._written = geometry, None
-        if tuple(lights) == self._written:
+        if lights == self._written:
             return
-        self._written = tuple(lights)
+        self._written = dict(lights)
         sides = [
             (light, layer, is_second)
-            for layer, light in enumerate(lights)
+            for layer, light in lights.items()
             for is_second in ((False,) if light.one_sided else (False, True))
         ]
         while len(self._sides) < len(sides):
@@ -257,7 +257,7 @@ class WedgePass(TechniquePass):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return {"light_is_cut": (self._buffers["light_is_cut"], "<u4", (1,))}
 
-    def take_results(self, results: Mapping[str, np.ndarray]) -> None:
+    def read(self, results: Mapping[str, np.ndarray]) -> None:
         bent = np.count_nonzero(~self._edges.is_closed & ~self._edges.is_card)
         self.warnings = []
         if bent and self._constants is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import wgpu
@@ -41,9 +41,9 @@ class TracedShare(Combination[Provider]):
     def lookup_ms(self, provider: Provider) -> float:
         return 0.0  # the rays' time holds it
 
-    def set_lights(self, lights: int) -> None:
+    def write(self, layers: Sequence[int]) -> None:
         if self._denoise is not None:
-            self._denoise.set_layers(range(lights))
+            self._denoise.write(layers)
 
     def encode_frame(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
@@ -59,5 +59,5 @@ class TracedShare(Combination[Provider]):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return {"report": (self._report, "<u4", (1,))}
 
-    def take_results(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
+    def read(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
         return Found(warnings=[CUT_SHORT] if results["report"][0] else [])

@@ -89,7 +89,7 @@ class Masked(Combination[ShadowMaps]):
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:
         return {"reads": (self._counters, "<u4", (COUNTERS, 2))}
 
-    def take_results(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
+    def read(self, results: Mapping[str, np.ndarray], lights: int) -> Found:
         """Reads of a pixel that looks into the map, summed over lights."""
         further_reads, absent_pixels = results["reads"].sum(axis=0, dtype=np.int64)
         width, height = self.context.gbuffer.size

@@ -37,7 +37,7 @@ class Denoise:
         """On the GPU."""
         return self._noisy.size
 
-    def set_layers(self, layers: Sequence[int]) -> None:
+    def write(self, layers: Sequence[int]) -> None:
         """Which lights' visibility is filtered."""
         self._layers.write(layers)
         self._noisy.hold(self._visibility.size)

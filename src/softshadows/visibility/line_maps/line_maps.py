@@ -23,7 +23,7 @@ What a technique may rely on, for samples i = 0 … n − 1 evenly spaced from t
     - `reach` half lights of room along u, beside the receivers in view, for occluders' edges just out of the picture.
 
 Per light: `encode_receivers`, `encode_fit`, then `encode_maps(stage)`. Which samples a stage draws is a word of bits in
-`requests`, which `set_lights` fills with all samples in the first stage; a technique may write it on the GPU before its
+`requests`, which `write` fills with all samples in the first stage; a technique may write it on the GPU before its
 stage. All maps are kept, and none drawn, while they still show what the camera sees; `state` tells which samples were
 drawn in this frame.
 """
@@ -160,7 +160,7 @@ class LineMaps:
         """What line_map.wgsl declares."""
         return self.atlas.resources
 
-    def set_lights(
+    def write(
         self,
         lights: Sequence[tuple[Light, int]],
         first_stage: int | None = None,
@@ -172,7 +172,7 @@ class LineMaps:
         With `keeps_looser_fits` maps may serve that new ones would fit more tightly.
         """
         samples, weights = self.plan.samples, np.ones(self.plan.samples)
-        self.atlas.set_lights(
+        self.atlas.write(
             [SampledLight(light, layer, line_points(light, samples), weights) for light, layer in lights],
             keeps_looser_fits=keeps_looser_fits,
         )

@@ -139,9 +139,9 @@ class ShadowMaps(Provider):
 
     # -- Per frame -----------------------------------------------------------------------------------------------------
 
-    def set_lights(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
+    def write(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
         self._lights = list(lights)
-        self.samples.set_lights(lights)
+        self.samples.write(lights)
         contents = [
             pack(self._settings(each.light)) + self._arguments(each.light, keeps_looser_fits) for each in lights
         ]

@@ -31,8 +31,8 @@ class LightRays(Provider):
         width, height = self._gbuffer.size
         return self.samples.per_chunk * width * height / self.tree.gpu.budget.rays_per_ms
 
-    def set_lights(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
-        self.samples.set_lights(lights)
+    def write(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
+        self.samples.write(lights)
 
     def encode_frame(self, commands: Commands) -> None:
         """Bring the tree up to date."""
