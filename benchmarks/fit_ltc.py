@@ -1,6 +1,6 @@
 """Fit the table of linearly transformed cosines that area-light specular shading reads.
 
-    python benchmarks/fit_ltc.py [--size 64] [--out src/softshadows/passes/lighting/ltc.npy]
+    python benchmarks/fit_ltc.py [--size 64] [--out src/softshadows/lights/ltc.npy]
 
 The lobe ρ(ω_v, ω_l) cos θ_l of a GGX surface (Smith masking, height-correlated; Fresnel left out) is approximated by a
 linearly transformed cosine, Heitz, Dupuy, Hill and Neubelt, "Real-Time Polygonal-Light Shading with Linearly
@@ -29,7 +29,7 @@ MIN_ROUGHNESS = 0.045
 """The smoothest entry, as in surface.wgsl: the limit for float32 in Filament's documentation, section 4.8.3.3."""
 MIN_COSINE = 1e-3
 """cos θ_v of the grazing row: at zero the lobe has no limit that a table could hold."""
-TABLE = Path(__file__).parent.parent / "src/softshadows/passes/lighting/ltc.npy"
+TABLE = Path(__file__).parent.parent / "src/softshadows/lights/ltc.npy"
 
 
 def smith_lambda(cosine: Array, alpha: float) -> Array:

@@ -7,7 +7,7 @@ peer; those that are not there are named and left out. Every peer is a program o
 and leaves the visibility of each pixel, float32, row 0 at the top, and the wall times of its frames. Where a peer tries
 several settings, the one with the least rmse is its row.
 
-The JSON is a results.json (src/softshadows/report/results.py); peers are rows without options of ours.
+The JSON is a results.json (src/softshadows/compare/results.py); peers are rows without options of ours.
 """
 
 from __future__ import annotations
