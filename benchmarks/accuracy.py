@@ -19,7 +19,7 @@ import numpy as np
 
 import softshadows as ss
 from softshadows.compare.environment import environment
-from softshadows.techniques.uniform.uniform import grid_samples
+from softshadows.lights.grid import grid_samples
 
 COLUMNS = [
     ("rmse", "rmse", ".4f"),

@@ -9,10 +9,10 @@ import pytest
 
 import softshadows as ss
 import stage
+from softshadows.lights.grid import grid_samples
 from softshadows.lights.jitter import moved, sub_position
 from softshadows.lights.lattice import lattice_of
 from softshadows.techniques import Adaptive, Hard, Technique, Uniform
-from softshadows.techniques.uniform.uniform import grid_samples
 
 SIZE = (96, 72)
 FRAMES = 16

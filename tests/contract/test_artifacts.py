@@ -12,9 +12,9 @@ import pytest
 
 import softshadows as ss
 import stage
+from softshadows.lights.grid import grid_samples
 from softshadows.metrics.leaks import leak_mask, regions
 from softshadows.scene.builtin import shapes
-from softshadows.techniques.uniform.uniform import grid_samples
 
 RESOLUTION = 512
 DISTANCE = 8.0

@@ -10,10 +10,10 @@ import pytest
 
 import softshadows as ss
 import stage
+from softshadows.lights.grid import grid_samples
 from softshadows.lights.jitter import block_places, placed
 from softshadows.lights.lattice import lattice_of
 from softshadows.techniques import Rays
-from softshadows.techniques.uniform.uniform import grid_samples
 
 SIZE = (128, 96)
 WIDE = (256, 192)

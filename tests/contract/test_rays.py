@@ -9,7 +9,7 @@ import pytest
 
 import softshadows as ss
 import stage
-from softshadows.techniques.uniform.uniform import grid_samples
+from softshadows.lights.grid import grid_samples
 
 GRID = 5
 SIZE = (96, 72)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import softshadows as ss
+from softshadows.lights.grid import grid_samples
 from softshadows.scene.lights import LIGHT_CLASSES, Light
 
 WHITE = (1.0, 1.0, 1.0)
@@ -104,3 +105,13 @@ def test_an_outline_is_the_sides_and_shines_as_brightly() -> None:
 def test_an_outline_needs_an_area(corners: list) -> None:
     with pytest.raises(ss.errors.SceneError, match="corners"):
         ss.LineLight.outline(corners, (1.0, 1.0, 1.0))
+
+
+@pytest.mark.parametrize("kind", ["rect", "disk"])
+def test_samples_do_not_depend_on_where_the_light_is(kind: str) -> None:
+    """A grid's points are computed in light space, so that no rounding of world coordinates reaches them."""
+    points, weights = grid_samples(LIGHTS[kind], 5, "trapezoid")
+    far, _ = grid_samples(LIGHTS[kind].moved((4e6, 0.0, -7e5)), 5, "trapezoid")
+    np.testing.assert_array_equal(points, far)
+    np.testing.assert_allclose(weights @ points, 0.0, atol=1e-12)
+    assert np.abs(points).max() == pytest.approx(max(LIGHTS[kind].half_extent))

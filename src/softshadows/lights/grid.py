@@ -34,6 +34,5 @@ def grid_samples(light: Light, grid: int, weights: str, shift: tuple[float, floa
     if b == 0.0 or a == 0.0:
         line = np.stack([x * a, x * b], axis=1)
         return line, ramp
-    s, t = np.meshgrid((x + 1.0) / 2.0, (y + 1.0) / 2.0)
-    offsets = light.points(s.ravel(), t.ravel()) - light.center
-    return offsets @ light.axes[:2].T, np.outer(ramp, ramp).ravel()
+    points = light.in_plane(*np.meshgrid(x, y))
+    return np.stack([axis.ravel() for axis in points], axis=1), np.outer(ramp, ramp).ravel()
