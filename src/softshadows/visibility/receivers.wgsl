@@ -1,7 +1,6 @@
 // Boxes around the receivers: for every 8×8 pixels, the extent in light space of the surfaces that something can shadow.
 
 //#include "passes/gbuffer/receiver.wgsl"
-//#include "lights/light.wgsl"
 //#include "swept_box.wgsl"
 //#struct ReceiverBox
 //#struct OccluderBox
@@ -21,13 +20,11 @@ var<workgroup> footprints: array<vec2f, LANES>;  // sum of pixel widths in metre
 var<workgroup> shadowed: atomic<u32>;
 
 // Some part of the light lies before the receiver's plane, and the receiver before a one-sided light.
-fn can_be_lit(point_ls: vec3f, normal_ls: vec3f) -> bool {
+fn can_be_lit(receiver: Receiver) -> bool {
     if light.is_directional == 1u {
-        return normal_ls.z > 0.0;
+        return receiver.normal_ls.z > 0.0;
     }
-    let center_height = -dot(normal_ls, point_ls);
-    let highest = center_height + abs(normal_ls.x) * light.half_width + abs(normal_ls.y) * light.half_height;
-    return highest > 0.0 && (light.is_one_sided == 0u || point_ls.z < 0.0);
+    return heights_of(light, receiver).y > 0.0 && is_on_emitting_side(light, receiver);
 }
 
 @compute @workgroup_size(EDGE, EDGE)
@@ -46,11 +43,10 @@ fn cs_bound_receivers(
     highs_ws[lane] = vec3f(-3e38);
     footprints[lane] = vec2f(0.0);
     if all(id.xy < frame.size) {
-        let receiver = load_receiver(id.xy);
-        let point = to_light_space(light, receiver.position_ws - light.center_ws);
-        if receiver.is_surface && can_be_lit(point, to_light_space(light, receiver.normal_ws)) {
-            lows_ls[lane] = point;
-            highs_ls[lane] = point;
+        let receiver = seen_by(light, load_receiver(id.xy));
+        if receiver.is_surface && can_be_lit(receiver) {
+            lows_ls[lane] = receiver.position_ls;
+            highs_ls[lane] = receiver.position_ls;
             lows_ws[lane] = receiver.position_ws;
             highs_ws[lane] = receiver.position_ws;
             footprints[lane] = vec2f(receiver.view_depth * frame.pixel_extent, 1.0);

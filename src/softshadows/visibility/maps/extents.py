@@ -18,6 +18,13 @@ def reaches_into(boxes: np.ndarray, light: Light, margin: float) -> bool:
     return bool(((boxes[:, 0] <= light.center + reach) & (boxes[:, 1] >= light.center - reach)).all(axis=1).any())
 
 
+def depths(light: Light, bounds: np.ndarray, nearest: float) -> tuple[float, float]:
+    """The distances between which the maps of a light see a box, metres; `nearest` where the light has a place."""
+    if light.is_directional:
+        return depth_range(bounds, -light.axes[2])
+    return nearest, farthest(bounds, light.center)
+
+
 def depth_range(bounds: np.ndarray, direction: np.ndarray) -> tuple[float, float]:
     """Nearest and farthest extent of a box along `direction`, with a margin."""
     low, high = np.sort(bounds * direction, axis=0).sum(axis=1)

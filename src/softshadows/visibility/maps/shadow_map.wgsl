@@ -48,7 +48,7 @@ fn sight_through(sample_index: u32, receiver: Receiver, through: vec3f) -> Sight
     if light.is_directional == 1u {
         toward = -receiver.normal_ls.z;
     }
-    sight.possible = toward < 0.0 && (light.is_one_sided == 0u || receiver.position_ls.z < 0.0);
+    sight.possible = toward < 0.0 && is_on_emitting_side(light, receiver);
     // The front window may reach over the other faces. A loop in place of a branch (gpu/driver.wgsl).
     var face = FRONT;
     var point = face_coordinates(FRONT, along);

@@ -31,7 +31,7 @@ from softshadows.lights.sample_sets import SampledLight, SampleSet
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
-from softshadows.visibility.maps.extents import depth_range, farthest, reaches_into
+from softshadows.visibility.maps.extents import depths, reaches_into
 from softshadows.visibility.maps.plan import AtlasPlan
 from softshadows.visibility.maps.structs import FACES, DrawView, MapSettings, ShadowView
 from softshadows.visibility.provider import Provider
@@ -153,15 +153,12 @@ class ShadowMaps(Provider):
 
     def _settings(self, light: Light) -> MapSettings:
         plan, scene, options = self.plan, self._scene, self._options
-        directional = light.kind == "directional"
-        near, far = self._near, farthest(scene.geometry.bounds, light.center)
-        if directional:
-            near, far = depth_range(scene.geometry.bounds, -light.axes[2])
+        near, far = depths(light, scene.geometry.bounds, self._near)
         return MapSettings(
             near=near,
             far=far,
-            depth_scale=1.0 if directional else near,
-            window_scale=max(scene.diagonal, 1e-6) if directional else 1.0,
+            depth_scale=1.0 if light.is_directional else near,
+            window_scale=max(scene.diagonal, 1e-6) if light.is_directional else 1.0,
             bias_scale=1.0,
             texels_per_pixel=options.texels_per_pixel,
             margin_texels=float(options.margin_texels),

@@ -23,15 +23,15 @@ fn ray_offset(position_ws: vec3f) -> f32 {
 
 fn ray_start(receiver: Receiver) -> RayStart {
     let offset = ray_offset(receiver.position_ws);
-    let height = -dot(receiver.position_ws - light.center_ws, light.back_ws);
+    let seen = seen_by(light, receiver);
     var until = -1.0;
     if light.is_directional == 1u {
         until = 1.0;
     } else if light.is_flat == 1u {
-        until = 1.0 - ray_offset(light.center_ws) / max(abs(height), 1e-30);
+        until = 1.0 - ray_offset(light.center_ws) / max(abs(seen.position_ls.z), 1e-30);
     }
-    let is_before = light.is_one_sided == 0u || height > 0.0;
-    return RayStart(receiver.position_ws + offset * receiver.normal_ws, receiver.normal_ws, offset, until, is_before);
+    let origin_ws = receiver.position_ws + offset * receiver.normal_ws;
+    return RayStart(origin_ws, receiver.normal_ws, offset, until, is_on_emitting_side(light, seen));
 }
 
 // From the start to a point of the light, in light space.
