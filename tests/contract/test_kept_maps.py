@@ -19,6 +19,8 @@ from softshadows.gpu.budget import SUBMIT_MS
 from softshadows.gpu.device import acquire
 from softshadows.techniques import Adaptive, Technique, Uniform
 from softshadows.techniques.light_pass import LightPass
+from softshadows.techniques.line_shadow_maps.line_shadow_maps import LineShadowMapsPass
+from softshadows.techniques.occluding_edges.occluding_edges import OccludingEdgesPass
 from softshadows.visibility.maps.plan import plan_atlas
 from softshadows.visibility.maps.shadow_maps import DRAW_BYTES, DRAWS, HEAD_BYTES, ShadowMaps
 
@@ -44,8 +46,9 @@ def renderer_of(made: ss.Scene, name: str) -> ss.Renderer:
 def maps_of(renderer: ss.Renderer, light: int = -1) -> ShadowMaps:
     """Those of a light, which by default took the last turn."""
     at_work = renderer.passes.technique
-    if isinstance(at_work, LightPass):
-        return at_work.turns[light][0]
+    if isinstance(at_work, LightPass | LineShadowMapsPass | OccludingEdgesPass):
+        worker = at_work.turns[light][0]
+        return worker if isinstance(worker, ShadowMaps) else worker.maps.atlas
     return at_work._turns[light][0]._maps  # type: ignore[union-attr]
 
 
@@ -169,6 +172,21 @@ def test_each_of_several_lights_keeps_its_own_maps(name: str) -> None:
         assert instances(renderer, 1).any()
         expected = fresh(ss.Scene(nodes, [stage.RECT, further]), stage.CAMERA, name)[0]
         assert same_frame(frame, expected)
+
+
+@pytest.mark.parametrize("name", ["line_shadow_maps", "occluding_edges"])
+def test_each_of_several_line_lights_keeps_its_own_maps(name: str) -> None:
+    light = stage.light_for(name)
+    lights = [light, light.moved((0.4, 0.3, -0.2))]
+    technique = stage.cheap(name)
+    with ss.Renderer(ss.Scene(stage.standard_scene().nodes, lights), technique=technique, size=SIZE) as renderer:
+        first = renderer.render(stage.CAMERA)
+        assert all(instances(renderer, light).any() for light in (0, 1))
+        assert same_frame(renderer.render(stage.CAMERA), first)
+        assert not any(instances(renderer, light).any() for light in (0, 1))
+    for layer, light in enumerate(lights):
+        alone = stage.render(stage.standard_scene(light), technique, SIZE)
+        assert stage.same_bits(first.visibility[layer], alone.visibility[0])
 
 
 @every_keeper

@@ -176,6 +176,11 @@ class _Program:
         (bindings or Bindings(self._groups)).set(encoder)
 
 
+def view_of(texture: wgpu.GPUTexture) -> wgpu.GPUTextureView:
+    """A view of the whole texture, for passes that draw into it; a program may be given the texture itself."""
+    return texture.create_view()
+
+
 def _entry(resource: Resource) -> Any:
     match resource:
         case Slice(buffer, offset, size):
@@ -185,7 +190,7 @@ def _entry(resource: Resource) -> Any:
         case GrowingBuffer(buffer=buffer):
             return {"buffer": buffer}
         case wgpu.GPUTexture():
-            return resource.create_view()
+            return view_of(resource)
         case _:
             return resource
 

@@ -24,6 +24,7 @@ from softshadows.lights.sample_sets import SampledLight, Sampling
 from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
+from softshadows.techniques.workers import Workers, lights_of
 from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 from softshadows.visibility.provider import Provider
 from softshadows.visibility.sources import MapSource, Source
@@ -183,7 +184,7 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         super().__init__()
         self._context, self._sampling = context, sampling
         self._source, self.combination = source, combination
-        self._providers: dict[int, list[ProviderT]] = {}  # by samples per light
+        self._providers: Workers[int, ProviderT] = Workers(source.make, context.memory_budget)  # by samples per light
         self.turns: list[tuple[ProviderT, int]] = []  # per light: its provider, and its index there
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
 
@@ -192,29 +193,19 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         if written == self._written:
             return
         self._written = written
-        by_count: dict[int, list[SampledLight]] = {}
-        for layer, light in lights.items():
-            points, weights = self._sampling.points(light, self.refinements)
-            seen = light.without_size if self._sampling.ignores_size else light
-            by_count.setdefault(len(weights), []).append(SampledLight(seen, layer, points, weights))
+        sampled = {layer: self._sampled(light, layer) for layer, light in lights.items()}
+        turns = self._providers.assign({layer: len(each.weights) for layer, each in sampled.items()})
+        for provider, layers in lights_of(turns).items():
+            provider.write([sampled[layer] for layer in layers], keeps_looser_fits=self.keeps_looser_fits)
         self.combination.write([*lights])
-        turns: dict[int, tuple[ProviderT, int]] = {}
-        for count, group in by_count.items():
-            providers = self._providers_for(count, len(group))
-            for number, provider in enumerate(providers):
-                own = group[number :: len(providers)]
-                provider.write(own, keeps_looser_fits=self.keeps_looser_fits)
-                turns |= {each.layer: (provider, index) for index, each in enumerate(own)}
-        self.turns = [turns[layer] for layer in lights]
+        self.turns = [*turns.values()]
         counts = [provider.samples.count for provider, _ in self.turns]
         self.shadow_maps = sum(counts) if self._source.draws_maps else 0
         self.lookups_per_pixel = float(sum(self.combination.lookups(count) for count in counts))
 
-    def _providers_for(self, samples: int, lights: int) -> list[ProviderT]:
-        """Those that so many lights with so many samples take turns in."""
-        providers, wanted = self._providers.setdefault(samples, []), self._source.providers_for(samples, lights)
-        providers += [self._source.make(samples) for _ in range(wanted - len(providers))]
-        return providers[:wanted]
+    def _sampled(self, light: Light, layer: int) -> SampledLight:
+        points, weights = self._sampling.points(light, self.refinements)
+        return SampledLight(light.without_size if self._sampling.ignores_size else light, layer, points, weights)
 
     def encode(self, commands: Commands) -> None:
         self.combination.encode_frame(commands)
@@ -227,8 +218,7 @@ class LightPass(TechniquePass, Generic[ProviderT]):
                 self.combination.encode(commands, provider, chunk)
                 commands.account(provider.chunk_ms + self.combination.lookup_ms(provider))
         self.combination.encode_end(commands)
-        providers = [provider for some in self._providers.values() for provider in some]
-        self.bytes = self._source.shared_bytes + self.combination.bytes + sum(each.bytes for each in providers)
+        self.bytes = self._source.shared_bytes + self.combination.bytes + self._providers.bytes
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:

@@ -26,6 +26,10 @@ class MapsAndRays(Provider):
         return self.maps.bytes
 
     @property
+    def can_cache(self) -> bool:
+        return self.maps.can_cache
+
+    @property
     def resources(self) -> Mapping[str, Resource]:
         return {**self._rays.resources, **self.maps.resources}
 

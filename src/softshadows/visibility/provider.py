@@ -25,6 +25,11 @@ class Provider(ABC):
         """Of its buffers and textures, without those that it shares."""
 
     @property
+    def can_cache(self) -> bool:
+        """Can it keep maps from frame to frame, if it has one light alone?"""
+        return False
+
+    @property
     @abstractmethod
     def resources(self) -> Mapping[str, Resource]:
         """What its shaders declare, by name, but for `chunk`."""

@@ -37,10 +37,6 @@ class Source(ABC, Generic[MadeT]):
     def make(self, samples: int) -> MadeT:
         """A provider for lights with so many samples."""
 
-    def providers_for(self, samples: int, lights: int) -> int:
-        """Over how many providers so many lights with so many samples are spread: one, or one for each."""
-        return 1
-
 
 class MapSource(Source[ShadowMaps]):
     """Shadow maps of `resolution` texels or "auto" within `memory_budget` MiB."""
@@ -67,12 +63,6 @@ class MapSource(Source[ShadowMaps]):
 
     def make(self, samples: int) -> ShadowMaps:
         return ShadowMaps(self.gpu, self.scene, self.gbuffer, self.plan(samples), self._options)
-
-    def providers_for(self, samples: int, lights: int) -> int:
-        """One for each light where the maps of all can stay from frame to frame."""
-        plan = self.plan(samples)
-        fits = lights * plan.bytes <= self._memory_budget * 2**20
-        return lights if self._options.caches and plan.holds_all and fits else 1
 
 
 class RaySource(Source[LightRays]):
@@ -104,6 +94,3 @@ class HybridSource(Source[MapsAndRays]):
 
     def make(self, samples: int) -> MapsAndRays:
         return MapsAndRays(self._tree, self.gbuffer, self._maps.make(samples))
-
-    def providers_for(self, samples: int, lights: int) -> int:
-        return self._maps.providers_for(samples, lights)

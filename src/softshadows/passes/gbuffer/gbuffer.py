@@ -11,7 +11,7 @@ from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import F32, U32, Struct, Vec2u, Vec3f, dtype, pack
-from softshadows.gpu.program import DrawProgram, Program, Resource
+from softshadows.gpu.program import DrawProgram, Program, Resource, view_of
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.scene.camera import Camera
 
@@ -56,12 +56,12 @@ class GBuffer:
         read = _USAGE.TEXTURE_BINDING | _USAGE.STORAGE_BINDING | _USAGE.COPY_SRC
         self._numbers = texture("r32uint", _USAGE.RENDER_ATTACHMENT | _USAGE.TEXTURE_BINDING)
         self._depth = texture("depth32float", _USAGE.RENDER_ATTACHMENT)
-        self._numbers_view, self._depth_view = self._numbers.create_view(), self._depth.create_view()
+        self._numbers_view, self._depth_view = view_of(self._numbers), view_of(self._depth)
         self.position = texture("rgba32float", read)
         self.normal = texture("rgba32float", read)
         self.material = texture("rgba32uint", read)
-        self.position_view, self.normal_view = self.position.create_view(), self.normal.create_view()
-        self.material_view = self.material.create_view()
+        self.position_view, self.normal_view = view_of(self.position), view_of(self.normal)
+        self.material_view = view_of(self.material)
         self.uniforms = gpu.buffer(dtype(FrameUniforms).itemsize, wgpu.BufferUsage.UNIFORM, "the camera")
 
         seen: dict[str, Resource] = {**scene.resources, "frame": self.uniforms}

@@ -40,9 +40,9 @@ class Shading:
                 "g_material": gbuffer.material_view,
                 "lights": self._lights,
                 "visibility": visibility,
-                "ltc_matrix": tables[0].create_view(),
-                "ltc_albedo": tables[1].create_view(),
-                "color": self.color.create_view(),
+                "ltc_matrix": tables[0],
+                "ltc_albedo": tables[1],
+                "color": self.color,
             },
         )
 

@@ -85,6 +85,7 @@ from softshadows.techniques.common_options import (
     resolution_option,
 )
 from softshadows.techniques.options import Choice, choice, one_of, option
+from softshadows.techniques.workers import Workers, lights_of
 from softshadows.visibility.denoise.denoise import Denoise
 from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
 
@@ -167,7 +168,7 @@ class AdaptivePass(TechniquePass):
         super().__init__()
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
-        self._samplings: dict[Lattice, list[AdaptiveSampling]] = {}
+        self._samplings: Workers[Lattice, AdaptiveSampling] = Workers(self._new_sampling, context.memory_budget)
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
         self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
         self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
@@ -184,32 +185,16 @@ class AdaptivePass(TechniquePass):
         self._written = written
         if self._denoise is not None:
             self._denoise.write([*lights])
-        groups: dict[Lattice, list[tuple[Light, int]]] = {}
-        for layer, light in lights.items():
-            groups.setdefault(lattice_of(light, self._technique.max_depth), []).append((light, layer))
-        turns: dict[int, tuple[AdaptiveSampling, int]] = {}
-        for lattice, group in groups.items():
-            samplings = self._samplings_for(lattice, len(group))
-            for number, sampling in enumerate(samplings):
-                own = group[number :: len(samplings)]
-                sampling.write(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
-                turns |= {layer: (sampling, index) for index, (_, layer) in enumerate(own)}
-        self._turns = [turns[layer] for layer in lights]
-        self.bytes = sum(sampling.bytes for samplings in self._samplings.values() for sampling in samplings)
+        depth = self._technique.max_depth
+        turns = self._samplings.assign({layer: lattice_of(light, depth) for layer, light in lights.items()})
+        for sampling, layers in lights_of(turns).items():
+            own = [(lights[layer], layer) for layer in layers]
+            sampling.write(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
+        self._turns = [*turns.values()]
+        self.bytes = self._samplings.bytes
         if not isinstance(self._technique.visibility, Maps):
             self.bytes += tree_of(self._context.scene).bytes
         self.bytes += self._denoise.bytes if self._denoise is not None else 0
-
-    def _samplings_for(self, lattice: Lattice, lights: int) -> list[AdaptiveSampling]:
-        """One that so many lights take turns in, or one for each where all can stay in memory from frame to frame."""
-        samplings = self._samplings.setdefault(lattice, [])
-        if not samplings:
-            samplings.append(self._new_sampling(lattice))
-        first = samplings[0]
-        fits = lights * first.bytes <= self._context.memory_budget * 2**20
-        wanted = lights if first.can_cache and fits else 1
-        samplings += [self._new_sampling(lattice) for _ in range(wanted - len(samplings))]
-        return samplings[:wanted]
 
     def _new_sampling(self, lattice: Lattice) -> AdaptiveSampling:
         context, technique = self._context, self._technique

@@ -64,6 +64,7 @@ from softshadows.techniques.base import Presets, RenderContext, Technique, Techn
 from softshadows.techniques.common_options import SHADING_HELP, resolution_option
 from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, SoftMapOptions, SoftMaps
 from softshadows.techniques.options import Choice, choice, option, whole_number_or
+from softshadows.techniques.workers import Workers, lights_of
 
 
 class AutoSamples(Choice):
@@ -116,7 +117,8 @@ class LineShadowMapsPass(TechniquePass):
         super().__init__()
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
-        self._soft_maps: dict[bool, SoftMaps] = {}  # by whether the light has a length
+        # By whether the light has a length.
+        self._soft_maps: Workers[bool, SoftMaps] = Workers(self._new_maps, context.memory_budget)
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
 
@@ -125,19 +127,11 @@ class LineShadowMapsPass(TechniquePass):
         if written == self._written:
             return
         self._written = written
-        groups: dict[bool, list[tuple[Light, int]]] = {}
-        turns = []
-        for layer, light in lights.items():
-            has_length = light.has_size
-            if has_length not in self._soft_maps:
-                self._soft_maps[has_length] = self._new_maps(has_length)
-            group = groups.setdefault(has_length, [])
-            turns.append((self._soft_maps[has_length], len(group)))
-            group.append((light, layer))
-        for has_length, group in groups.items():
-            self._soft_maps[has_length].write(group, keeps_looser_fits=self.keeps_looser_fits)
-        self.turns = turns
-        self.bytes = sum(maps.bytes for maps in self._soft_maps.values())
+        turns = self._soft_maps.assign({layer: light.has_size for layer, light in lights.items()})
+        for maps, layers in lights_of(turns).items():
+            maps.write([(lights[layer], layer) for layer in layers], keeps_looser_fits=self.keeps_looser_fits)
+        self.turns = [*turns.values()]
+        self.bytes = self._soft_maps.bytes
 
     def _new_maps(self, has_length: bool) -> SoftMaps:
         technique, samples = self._technique, self._technique.samples

@@ -17,7 +17,7 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, dtype, pack
-from softshadows.gpu.program import DrawProgram, Program, Resource
+from softshadows.gpu.program import DrawProgram, Program, Resource, view_of
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
@@ -122,7 +122,7 @@ class SoftMaps:
         self._nearest = gpu.storage_buffer(4 * plan.samples * COLUMNS * plan.tile, "the rows' nearest surfaces")
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
         self.channels = gpu.texture((plan.atlas_size, plan.atlas_size), CHANNEL_FORMAT, usage, "the channels")
-        self._channels_view = self.channels.create_view()
+        self._channels_view = view_of(self.channels)
         self._halvings = [
             self._halving(Halving(half_spacing=(self._options.samples - 1) >> stage, stage=stage))
             for stage in range(1, self._stages)
@@ -210,6 +210,11 @@ class SoftMaps:
             targets=[{"format": CHANNEL_FORMAT, **target}],
             constants=constants,
         )
+
+    @property
+    def can_cache(self) -> bool:
+        """Can maps and channels stay from frame to frame, where one light has them to itself?"""
+        return True
 
     def write(self, lights: Sequence[tuple[Light, int]], *, keeps_looser_fits: bool) -> None:
         """Write this frame's lights, each with its layer of visibility."""

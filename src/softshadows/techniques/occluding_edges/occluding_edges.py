@@ -65,6 +65,7 @@ from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import SHADING_HELP, WholeLight, resolution_option
 from softshadows.techniques.options import Choice, choice, one_of, option
+from softshadows.techniques.workers import Workers, lights_of
 from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_line_maps
 
 _FOLDER = "techniques/occluding_edges"
@@ -138,14 +139,14 @@ class OccludingEdges(Technique):
         return OccludingEdgesPass(context, self)
 
 
-class OccludingEdgesPass(TechniquePass):
-    """The technique at work, one light at a time."""
+class EdgeMaps:
+    """Maps, their edges, and the passes that look into them, for one light at a time."""
 
-    def __init__(self, context: RenderContext, technique: OccludingEdges) -> None:
-        super().__init__()
+    can_cache = True
+
+    def __init__(self, context: RenderContext, technique: OccludingEdges, influence: wgpu.GPUBuffer) -> None:
         gpu, gbuffer = context.gpu, context.gbuffer
         self._context, self._technique = context, technique
-        self._ends = technique.shading if isinstance(technique.shading, Ends) else Ends()
         plan = plan_line_maps(
             gpu,
             gbuffer.size,
@@ -158,18 +159,12 @@ class OccludingEdgesPass(TechniquePass):
         self.maps = LineMaps(gpu, context.scene, gbuffer, plan, reach=reach)
         usage = wgpu.TextureUsage.STORAGE_BINDING | wgpu.TextureUsage.TEXTURE_BINDING | wgpu.TextureUsage.COPY_SRC
         self.edge_map = gpu.texture((plan.atlas_size, plan.atlas_size), "r32uint", usage, "the edge map")
-        influence = _with_integral(self._ends.influence)
-        self._influence = gpu.storage_buffer(influence.nbytes, "the influence of a segment's end")
-        gpu.write(self._influence, 0, influence, what="constant")
         self._dispatch = gpu.buffer(16, wgpu.BufferUsage.STORAGE | wgpu.BufferUsage.INDIRECT, "the rows' dispatch")
         self._cells = gpu.storage_buffer(4 * CELLS * COLUMNS * plan.tile * plan.samples, "the rows of the maps")
-        buffers = (self._dispatch, self._cells, self._influence)
-        self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + sum(buffer.size for buffer in buffers)
-        self._make_programs()
-        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
-        self.lights: tuple[Light, ...] = ()
+        self.bytes = self.maps.bytes + 4 * plan.atlas_size**2 + self._dispatch.size + self._cells.size
+        self._make_programs(influence)
 
-    def _make_programs(self) -> None:
+    def _make_programs(self, influence: wgpu.GPUBuffer) -> None:
         technique, context = self._technique, self._context
         texture = technique.penumbra if isinstance(technique.penumbra, Texture) else Texture()
 
@@ -178,43 +173,68 @@ class OccludingEdgesPass(TechniquePass):
             path, entry = f"{_FOLDER}/{name}.wgsl", f"cs_{name}"
             return Program(context.gpu, path, entry, {**looks, **resources}, constants=constants)
 
-        edges: dict[str, Resource] = {"edge_map": self.edge_map.create_view(), "cells": self._cells}
+        edges: dict[str, Resource] = {"edge_map": self.edge_map, "cells": self._cells}
         self._rows = program("rows", {"state": self.maps.state, "dispatch": self._dispatch})
         self._outreach = program(
             "outreach", edges, uses_tilt=technique.edges != "order", uses_order=technique.edges != "tilt"
         )
         self._lighting = program(
             "lighting",
-            {**context.gbuffer.resources, **edges, "visibility": context.visibility, "influence": self._influence},
+            {**context.gbuffer.resources, **edges, "visibility": context.visibility, "influence": influence},
             by_ends=isinstance(technique.shading, Ends),
             is_searched=isinstance(technique.penumbra, Searched),
             edge_rows=texture.rows,
         )
+
+    def encode(self, commands: Commands, index: int) -> None:
+        """Find light `index`'s visibility."""
+        (width, height), gpu = self._context.gbuffer.size, self._context.gpu
+        self.maps.encode_receivers(commands, index)
+        self.maps.encode_fit(commands)
+        self.maps.encode_maps(commands)
+        with commands.compute("outreach") as compute:
+            self._rows.dispatch(compute, (1,))
+            self._outreach.dispatch_indirect(compute, self._dispatch)
+        with commands.compute("lookup") as compute:
+            self._lighting.dispatch(compute, (-(-width // 8), -(-height // 8)))
+        commands.account(width * height * LOOKUPS * self._technique.samples / gpu.budget.lookups_per_ms)
+
+
+class OccludingEdgesPass(TechniquePass):
+    """The technique at work."""
+
+    def __init__(self, context: RenderContext, technique: OccludingEdges) -> None:
+        super().__init__()
+        self._context, self._technique = context, technique
+        ends = technique.shading if isinstance(technique.shading, Ends) else Ends()
+        influence = _with_integral(ends.influence)
+        self._influence = context.gpu.storage_buffer(influence.nbytes, "the influence of a segment's end")
+        context.gpu.write(self._influence, 0, influence, what="constant")
+        self._edge_maps: Workers[str, EdgeMaps] = Workers(self._new_maps, context.memory_budget)
+        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
+        self.lights: tuple[Light, ...] = ()
+        self.turns: list[tuple[EdgeMaps, int]] = []  # per light: its maps, and its index there
+
+    def _new_maps(self, kind: str) -> EdgeMaps:
+        return EdgeMaps(self._context, self._technique, self._influence)
 
     def write(self, lights: Mapping[int, Light]) -> None:
         written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written, self.lights = written, tuple(lights.values())
-        if lights:
-            own = [(light, layer) for layer, light in lights.items()]
-            self.maps.write(own, keeps_looser_fits=self.keeps_looser_fits)
+        turns = self._edge_maps.assign({layer: light.kind for layer, light in lights.items()})
+        for edge_maps, layers in lights_of(turns).items():
+            own = [(lights[layer], layer) for layer in layers]
+            edge_maps.maps.write(own, keeps_looser_fits=self.keeps_looser_fits)
+        self.turns = [*turns.values()]
         self.shadow_maps = self._technique.samples * len(lights)
         self.lookups_per_pixel = float(LOOKUPS * self.shadow_maps)
+        self.bytes = self._edge_maps.bytes + self._influence.size
 
     def encode(self, commands: Commands) -> None:
-        width, height = self._context.gbuffer.size
-        gpu = self._context.gpu
-        for index in range(len(self.lights)):
-            self.maps.encode_receivers(commands, index)
-            self.maps.encode_fit(commands)
-            self.maps.encode_maps(commands)
-            with commands.compute("outreach") as compute:
-                self._rows.dispatch(compute, (1,))
-                self._outreach.dispatch_indirect(compute, self._dispatch)
-            with commands.compute("lookup") as compute:
-                self._lighting.dispatch(compute, (-(-width // 8), -(-height // 8)))
-            commands.account(width * height * self.lookups_per_pixel / len(self.lights) / gpu.budget.lookups_per_ms)
+        for edge_maps, index in self.turns:
+            edge_maps.encode(commands, index)
 
 
 def _with_integral(table: Sequence[float]) -> np.ndarray:

@@ -89,11 +89,12 @@ def read_edges(renderer: Any) -> Edges:
         raise OptionError(
             "these pictures show occluding edges: render a frame with technique 'occluding_edges' and a light first"
         )
-    queue, side = renderer._gpu.device.queue, work.maps.plan.atlas_size
+    edge_maps, _ = work.turns[-1]
+    queue, side = renderer._gpu.device.queue, edge_maps.maps.plan.atlas_size
     data = queue.read_texture(
-        {"texture": work.edge_map}, {"bytes_per_row": 4 * side, "rows_per_image": side}, (side, side, 1)
+        {"texture": edge_maps.edge_map}, {"bytes_per_row": 4 * side, "rows_per_image": side}, (side, side, 1)
     )
-    views = np.frombuffer(queue.read_buffer(work.maps.atlas.views), dtype(ShadowView))
+    views = np.frombuffer(queue.read_buffer(edge_maps.maps.atlas.views), dtype(ShadowView))
     return Edges(
         light=work.lights[-1],
         words=np.frombuffer(data, "<u4").reshape(side, side),

@@ -6,6 +6,7 @@ import wgpu
 
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
+from softshadows.gpu.program import view_of
 from softshadows.visibility.maps.shadow_maps import ShadowMaps
 
 
@@ -20,7 +21,7 @@ class LastLayer:
         size = maps.plan.atlas_size
         self.bytes = 4 * size * size
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
-        self.view = gpu.texture((size, size), "depth32float", usage, "the last layer").create_view()
+        self.view = view_of(gpu.texture((size, size), "depth32float", usage, "the last layer"))
         self._draws = maps.record_draws(0, maps.draw_programs("less"), clears_views=False)
 
     def encode(self, commands: Commands) -> None:

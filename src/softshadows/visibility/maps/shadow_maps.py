@@ -24,7 +24,7 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import constant
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
-from softshadows.gpu.program import DrawProgram, Program, Resource
+from softshadows.gpu.program import DrawProgram, Program, Resource, view_of
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.turns import Turns
 from softshadows.lights.sample_sets import SampledLight, SampleSet
@@ -97,7 +97,7 @@ class ShadowMaps(Provider):
         self._turns = Turns(gpu, [(self.settings, 0), (self.draws, HEAD_BYTES - 4)])
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
         self.depth = gpu.texture((plan.atlas_size, plan.atlas_size), "depth32float", usage, "the shadow atlas")
-        self.depth_view = self.depth.create_view()
+        self.depth_view = view_of(self.depth)
 
         self._fit = Program(gpu, "visibility/maps/fit.wgsl", "cs_fit_views", self.fit_resources)
         self._programs = self.draw_programs("greater")
@@ -112,9 +112,13 @@ class ShadowMaps(Provider):
         return sum(buffer.size for buffer in buffers) + sum(part.bytes for part in parts)
 
     @property
-    def caches(self) -> bool:
+    def can_cache(self) -> bool:
+        return self._options.caches and self.plan.holds_all
+
+    @property
+    def _caches(self) -> bool:
         """Does the atlas hold all maps from frame to frame?"""
-        return self._options.caches and self.plan.holds_all and len(self._lights) == 1
+        return self.can_cache and len(self._lights) == 1
 
     @property
     def chunk_ms(self) -> float:
@@ -146,7 +150,7 @@ class ShadowMaps(Provider):
             pack(self._settings(each.light)) + self._arguments(each.light, keeps_looser_fits) for each in lights
         ]
         self._turns.write(contents, "light")
-        drawn_for = (lights[0].light, lights[0].points.tobytes(), self._scene.geometry) if self.caches else None
+        drawn_for = (lights[0].light, lights[0].points.tobytes(), self._scene.geometry) if self._caches else None
         if drawn_for is None or drawn_for != self._drawn_for:
             self._gpu.write(self.draws, 0, bytes(HEAD_BYTES), what="light")
         self._drawn_for = drawn_for
@@ -194,14 +198,14 @@ class ShadowMaps(Provider):
 
     def encode_receivers(self, commands: Commands, index: int) -> None:
         """Let light `index` take its turn: boxes around what the camera sees and something can shadow."""
-        if not self.caches:
+        if not self._caches:
             commands.encoder.clear_buffer(self.draws, 0, HEAD_BYTES - 4)
         self.samples.encode(commands.encoder, index)
         self._turns.encode(commands.encoder, index)
         self.receivers.encode(commands)
 
     def encode_chunk(self, commands: Commands, chunk: int) -> None:
-        if self.caches:
+        if self._caches:
             self.encode_draw(commands, chunk)
         else:
             attachment = self._cleared if self.plan.starts_batch(chunk) else self._loaded
