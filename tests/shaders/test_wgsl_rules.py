@@ -10,6 +10,7 @@ import pytest
 
 import softshadows.renderer
 from softshadows.gpu.compose import compose
+from softshadows.gpu.program import words_by_declaration
 
 SOURCE = Path(softshadows.__file__).parent
 SHADERS = sorted(SOURCE.rglob("*.wgsl"))
@@ -301,3 +302,81 @@ def test_the_rule_of_conditions_can_fail(code: str) -> None:
 )
 def test_the_rule_of_conditions_lets_the_rest_pass(code: str) -> None:
     assert not values_compiled_in(f"{UNIFORM}fn f(i: u32) {{ {code} }}")
+
+
+# -- What a file needs from its includer -------------------------------------------------------------------------------
+
+NEEDS = re.compile(r"^//#needs ([\w, ]+)$", re.MULTILINE)
+ENTRY = re.compile(r"^@(?:compute|vertex|fragment)\b", re.MULTILINE)
+ATTRIBUTE = re.compile(r"@\w+(?:\([^()]*\))?\s*")
+LANGUAGE = set(
+    re.findall(
+        r"\w+",
+        """
+    alias break case const const_assert continue continuing default discard else enable fn for if let loop override
+    return struct switch true false var while private workgroup uniform storage read write read_write
+    bool f16 f32 i32 u32 array atomic ptr sampler function r32uint rgba16float rgba32float rgba32uint
+    abs acos all any arrayLength asin atan atan2 bitcast ceil clamp cos countLeadingZeros countOneBits
+    countTrailingZeros cross degrees determinant distance dot exp exp2 extractBits firstLeadingBit firstTrailingBit
+    floor fma fract insertBits inverseSqrt ldexp length log log2 max min mix modf normalize pow radians reflect
+    reverseBits round saturate select sign sin smoothstep sqrt step tan transpose trunc
+    atomicAdd atomicAnd atomicExchange atomicLoad atomicMax atomicMin atomicOr atomicStore atomicXor
+    storageBarrier workgroupBarrier workgroupUniformLoad
+    """,
+    )
+)
+LANGUAGE_FAMILIES = re.compile(r"(?:vec[234]|mat[234]x[234])[fuih]?|texture\w+|(?:un)?pack[24]x\w+")
+
+
+def said_needs(path: Path) -> set[str]:
+    """What the file's header says."""
+    return {name.strip() for names in NEEDS.findall(path.read_text(encoding="utf-8")) for name in names.split(",")}
+
+
+def needs(path: Path) -> set[str]:
+    """The names that the file uses, and that neither it, nor what it includes, nor the language declares."""
+    source = compose(path)
+    declared = words_by_declaration(COMMENT.sub("", source.text)).keys()
+    here = source.origin[-1][0]
+    lines = [
+        line
+        for line, (file, _) in zip(source.text.split("\n"), source.origin, strict=False)
+        if file == here and not line.startswith("enable ")
+    ]
+    words = words_by_declaration(ATTRIBUTE.sub("", COMMENT.sub("", "\n".join(lines))))
+    used = set().union(*words.values()) - declared - LANGUAGE
+    return {name for name in used if not LANGUAGE_FAMILIES.fullmatch(name)}
+
+
+def test_every_file_says_what_it_needs_from_its_includer() -> None:
+    wrong = {
+        path.relative_to(SOURCE).as_posix(): {"says": sorted(said), "needs": sorted(found)}
+        for path in SHADERS
+        if (said := said_needs(path)) != (found := needs(path))
+    }
+    assert not wrong
+    assert sum(bool(said_needs(path)) for path in SHADERS) >= 5
+
+
+def test_whoever_includes_a_file_provides_what_it_needs() -> None:
+    """Those with entry points, which are what is compiled; they need nothing themselves."""
+    missing = []
+    for path in SHADERS:
+        if not ENTRY.search(path.read_text(encoding="utf-8")):
+            continue
+        source = compose(path)
+        declared = words_by_declaration(COMMENT.sub("", source.text)).keys()
+        files = {file for file, _ in source.origin if file.endswith(".wgsl")}
+        missing += [(path, file, lacking) for file in files if (lacking := said_needs(SOURCE / file) - declared)]
+    assert not missing
+
+
+def test_the_rule_of_needs_can_fail(tmp_path: Path) -> None:
+    (tmp_path / "given.wgsl").write_text("const GIVEN = 1u;\nfn given(a: u32) -> u32 {\n    return a;\n}\n")
+    file = tmp_path / "file.wgsl"
+    file.write_text(
+        '//#include "given.wgsl"\n//#needs taps, light\n// unsaid(light)\nvar<private> mine: array<f32, GIVEN>;\n'
+        "fn f(own: vec2f, x: f32) -> Missing {\n    let a = given(GIVEN) + taps(own.light) + light.own + mine[0];\n}\n"
+    )
+    assert said_needs(file) == {"taps", "light"}
+    assert needs(file) == {"taps", "light", "Missing"}

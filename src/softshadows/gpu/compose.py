@@ -2,8 +2,9 @@
 
     //#include "receiver.wgsl"       that file once: beside the including file, or by its path from the package's folder
     //#struct Light                  the WGSL declaration of the Python struct of that name (layout.py), once
+    //#needs light, taps             what the file uses and leaves to its includer to declare (read by a test alone)
 
-Both are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
+All are comments, so an editor sees plain WGSL. A *stand-in* is included in place of a file with the same functions:
 how one shader is built for maps, for rays or for both.
 """
 

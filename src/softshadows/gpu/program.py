@@ -14,6 +14,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
+from itertools import zip_longest
 from typing import Any
 
 import wgpu
@@ -73,15 +74,20 @@ def load_shader(path: str, stand_ins: frozenset[tuple[str, str]] = frozenset()) 
     source = compose(PACKAGE / path, dict(stand_ins))
     text = _COMMENT.sub("", source.text)
     places = {match[3]: (int(match[1]), int(match[2])) for match in _VARIABLE.finditer(text)}
+    words = words_by_declaration(text)
+    names = words.keys() | places.keys()
+    return Shader(path, source, places, {name: found & names for name, found in words.items()})
+
+
+def words_by_declaration(text: str) -> dict[str, frozenset[str]]:
+    """By declaration of a module without comments: the words in it, but its own parameters, variables and fields."""
     starts = [*_GLOBAL.finditer(text)]
-    ends = [match.start() for match in starts[1:]] + [len(text)]
-    names = {match[1] for match in starts} | places.keys()
-    mentions: dict[str, frozenset[str]] = {}
-    for match, end in zip(starts, ends, strict=True):
+    ends = [match.start() for match in starts[1:]]
+    words: dict[str, frozenset[str]] = {}
+    for match, end in zip_longest(starts, ends):
         body = text[match.end() : end]
-        own = {name for local in _LOCAL.findall(body) for name in local}
-        mentions[match[1]] = frozenset(_WORD.findall(body)) & names - own
-    return Shader(path, source, places, mentions)
+        words[match[1]] = frozenset(_WORD.findall(body)) - {name for local in _LOCAL.findall(body) for name in local}
+    return words
 
 
 class _Group:

@@ -1,5 +1,6 @@
 // How a pass that finds one light's visibility begins a pixel. The including file declares `light` and `visibility`.
 
+//#needs light, visibility
 //#include "receiver.wgsl"
 
 // The pixel's receiver as the light sees it. Visibility is 1 where there is no surface, and then, as outside of the image,

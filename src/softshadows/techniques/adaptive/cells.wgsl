@@ -1,5 +1,7 @@
 // Rows of a tree's cells, for kernels that only read them.
 
+//#needs children_of, parent_row, refined_index, request_index
+
 @group(3) @binding(1) var<storage, read> trees: array<u32>;
 
 fn is_active(tree: u32) -> bool {

@@ -1,5 +1,6 @@
 // The level that a dispatch works on, and the samples that appear first there.
 
+//#needs spacing
 //#struct Step
 
 @group(3) @binding(10) var<uniform> step: Step;

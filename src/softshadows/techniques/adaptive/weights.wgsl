@@ -1,6 +1,7 @@
 // What both ways from look-ups to visibility share: where a pixel begins, the levels that were drawn, weights, and what is known
 // without look-ups. The including file declares `light`.
 
+//#needs light
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"

@@ -1,6 +1,8 @@
 // [Reimann2016 §3.4 substep 4.3] How much of the lit part of a segment is shaded as its first end is, and how much as its
 // second: the areas B and A between it and f, which says of every place what influence the second end has there.
 
+//#needs PARTS, by_ends, influence, share_of_rest
+
 // The integral of f from the segment's first end; f is linear between the places of its table.
 fn influence_up_to(share: f32) -> f32 {
     let last = arrayLength(&influence) - 1u;

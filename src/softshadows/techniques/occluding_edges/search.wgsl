@@ -4,6 +4,7 @@
 // map's sample. Walking along the row away from the fragment, what is hidden is gathered as bits, one for each part of the
 // segment. That is what the paper asks for under "Detecting Edges in the Penumbra", without further layers.
 
+//#needs EDGE_TEXELS, cell_width, cells, direction, first_cell, map_closeness, row_number, segment_length, shadow_views
 //#include "visibility/line_maps/segment_parts.wgsl"
 
 // What a sample knows of a fragment: whether it sees it, and how; and where that is in the map, from its texels' centres.

@@ -6,6 +6,7 @@
 // homogeneous, so that edges are cut at the light's border before anything is divided, and what is not between the
 // receiver and the light falls away by itself. [Forest2006 §4.2]
 
+//#needs side
 //#include "lights/light.wgsl"
 //#struct WedgeSide
 //#struct WedgeEdge

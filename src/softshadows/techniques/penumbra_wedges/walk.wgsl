@@ -5,6 +5,7 @@
 //     load_edge(lane, cluster, shaft)        bring an edge of a cluster into `shared_edges`; is it a silhouette in the shaft?
 //     add_shared_edge(index, receiver)       take it in
 
+//#needs EDGE_ROUNDS, add_shared_edge, load_edge
 //#include "gpu/driver.wgsl"
 //#include "shaft.wgsl"
 

@@ -4,6 +4,8 @@
 // with the end's own illumination. Over the same sum for the whole light, that is a visibility again: times the unshadowed
 // radiance it gives the papers' picture, as bright as the whole light where all of it is seen.
 
+//#needs Receiver, light_samples
+
 override by_ends: bool;
 
 struct Shading {

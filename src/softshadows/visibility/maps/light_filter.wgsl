@@ -1,5 +1,7 @@
 // A filter with the light's own shape, as wide as the penumbra behind a blocker. The including file declares `taps`, in half lights.
 
+//#needs Receiver, Sight, covering_texel, light, sight_through, taps, texel_is_lit
+
 // Where tap `i` of `count` lies on the light, from -1 to 1: on a line the taps spread over its length.
 fn tap_on_light(i: u32, first: u32, count: u32) -> vec2f {
     let on_line = vec2f((2.0 * f32(i) + 1.0) / f32(count) - 1.0, 0.0);

@@ -7,6 +7,7 @@
 // holds closeness = 1 / d, which is linear in the map's image wherever the surface is a plane.
 // A directional light has one face, the window is in metres (a, b), and closeness = (far - d) / (far - near).
 
+//#needs light, maps
 //#include "lights/light.wgsl"
 //#struct MapSettings
 //#struct ShadowView

@@ -2,6 +2,7 @@
 //
 // The including file says by `map_coordinates(face, vector)` how a vector of light space lies in a face.
 
+//#needs map_coordinates
 //#include "light_space.wgsl"
 //#struct LightSamples
 //#struct ReceiverBox

@@ -1,5 +1,7 @@
 // The share of lit texels around a receiver's, in a kernel of taps. The including file declares `taps`, in half kernels.
 
+//#needs Sight, shadow_views, taps, texel_is_lit
+
 fn lit_share(sight: Sight, first_tap: u32, tap_count: u32, half_kernel_texels: f32) -> f32 {
     let view = shadow_views[sight.view];
     let texel = (sight.position - view.window_low) * view.texels_per_unit;

@@ -4,6 +4,7 @@
 //
 // One workgroup of LANES fits a sample. The including file says by `is_receiver(box, sample)` whose boxes count.
 
+//#needs is_receiver
 //#include "placing.wgsl"
 
 const LANES = 64u;
