@@ -1,7 +1,9 @@
-"""Options of every technique: legal values, names, presets."""
+"""Options of every technique: legal values, names, presets; and each does something, whatever the others say."""
 
 from __future__ import annotations
 
+import functools
+import itertools
 from typing import Any
 
 import numpy as np
@@ -9,8 +11,9 @@ import pytest
 
 import softshadows as ss
 import stage
-from softshadows.techniques import TECHNIQUES, make_technique
-from softshadows.techniques.options import Number, OneOf, OneValueOf, Option, Table, values_of
+from softshadows.scene.builtin.shapes import mesh, sphere
+from softshadows.techniques import TECHNIQUES, Technique, make_technique
+from softshadows.techniques.options import Number, OneOf, OneValueOf, Option, Table, as_text, values_of
 
 MOST_OPTIONS = 55
 PAPERS = ("adaptive", "variable_penumbra", "line_shadow_maps", "occluding_edges", "penumbra_wedges")
@@ -124,3 +127,107 @@ def test_single_options_come_on_top_of_a_preset() -> None:
     assert seven == ss.techniques.VariablePenumbra(kernels=ss.techniques.Fixed(size=5))
     again = make_technique("variable_penumbra", {"kernels": "fixed", "preset": "7x7"})
     assert again == ss.techniques.VariablePenumbra(kernels=ss.techniques.Fixed()), "a choice means its defaults"
+
+
+# -- Every option, and every pair of them, changes something -----------------------------------------------------------
+
+NODES = [
+    stage.floor(),
+    stage.card(-0.9, 0.2, -0.7, 0.45, 1.1),
+    stage.box((0.55, 0.0, -0.35), (1.2, 0.8, 0.5)),
+    stage.box((-0.5, 0.4, -0.3), (-0.1, 0.9, 0.3)),
+    stage.moved(ss.Node(mesh(sphere(100, 0.5), stage.MATT)), (0.1, 0.6, 0.6)),
+]
+"""Occluders over occluders, contact, a solid that shades itself, and a round one."""
+RECT = ss.RectLight((0.6, 3.0, 0.4), (0.0, 0.0, 0.0), 1.2, 0.8, stage.WHITE)
+LINE = ss.LineLight((-0.6, 3.0, 0.3), (0.8, 3.0, 0.5), stage.WHITE)
+SIZE = (64, 48)
+BASE = {"resolution": 96, "grid": 4, "max_depth": 3}
+"""Options that make frames cheap, where a technique has them."""
+OTHER_NUMBERS = {
+    "resolution": 64,
+    "kernel": 3,
+    "spread": 2.5,
+    "light_bleed_reduction": 0.0,
+    "blocker_samples": 9,
+    "filter_samples": 9,
+    "grid": 5,
+    "max_depth": 2,
+    "threshold": 50,
+    "samples": 2,
+    "kernels.sizes": (2, 6, 8),
+    "kernels.edges": (0.1, 0.3, 0.6),
+    "kernels.size": 2,
+    "kernels.taps": 9,
+    "shading.influence": (0.4, 0.9),
+}
+"""For options that are numbers: one that is not the default, and far enough from it to show in so small a picture."""
+
+Outcome = tuple[bytes, int, float, tuple[str, ...]]
+
+
+@functools.cache
+def outcome(technique: Technique) -> Outcome:
+    """A frame's visibility and what its statistics say of it."""
+    scene = ss.Scene(NODES, [RECT if "rect" in technique.light_kinds else LINE], stage.CAMERA)
+    frame = ss.render(scene, technique=technique, size=SIZE)
+    stats = frame.stats
+    return frame.visibility.tobytes(), stats.shadow_maps, stats.lookups_per_pixel, tuple(stats.warnings)
+
+
+def other_values(option: Option) -> list[Any]:
+    """All that have a name, and a number, but the default."""
+    legal, default = option.legal, as_text(option.default)
+    if isinstance(legal, OneValueOf):
+        return [value for value in legal.values if as_text(value) != default]
+    if isinstance(legal, OneOf):
+        numbers = [OTHER_NUMBERS[option.name]] if legal.number else []
+        return [*(cls.name for cls in legal.classes if cls.name != default), *numbers]
+    return [OTHER_NUMBERS[option.name]]
+
+
+def made(name: str, *sets: dict[str, Any]) -> Technique | None:
+    """The technique with these options over BASE, the later ones over the earlier; None where it is refused."""
+    known = {option.name for option in TECHNIQUES[name].options()}
+    options = {key: value for key, value in BASE.items() if key in known}
+    for each in sets:
+        options |= each
+    if options.get("visibility") == "ray" and options["resolution"] == BASE["resolution"]:
+        del options["resolution"]  # rays refuse it
+    try:
+        return make_technique(name, options)
+    except ss.OptionError:
+        return None
+
+
+def changes(before: Technique | None, after: Technique | None) -> bool:
+    """Is anything else seen or said, or one of them refused?"""
+    return before is None or after is None or outcome(before) != outcome(after)
+
+
+@pytest.mark.parametrize("name", TECHNIQUES)
+def test_every_option_changes_something(name: str) -> None:
+    dead = [
+        f"{option.name}={value} {chosen_for(option)}"
+        for option in TECHNIQUES[name].options()
+        for value in other_values(option)
+        if not changes(made(name, chosen_for(option)), made(name, chosen_for(option), {option.name: value}))
+    ]
+    assert not dead
+
+
+@pytest.mark.parametrize("name", TECHNIQUES)
+def test_every_option_changes_something_whatever_another_says(name: str) -> None:
+    """Else the other one excludes it, and should have it nested in its choices or refuse it."""
+    dead = []
+    for first, second in itertools.combinations(TECHNIQUES[name].options(), 2):
+        chosen = chosen_for(first) | chosen_for(second)
+        if chosen != chosen_for(second) | chosen_for(first) or {first.name, second.name} & set(chosen):
+            continue  # options of different choices, or a choice and its own option
+        for one, other in itertools.product(other_values(first), other_values(second)):
+            both = made(name, chosen, {first.name: one, second.name: other})
+            for alone, dropped in ((first.name, second), (second.name, first)):
+                single = made(name, chosen, {alone: one if alone == first.name else other})
+                if not changes(single, both):
+                    dead.append(f"{dropped.name} with {first.name}={one} {second.name}={other}")
+    assert not dead
