@@ -43,7 +43,7 @@ def compare(
             "--techniques",
             metavar="NAMES",
             help="Names with commas between, each with options of its own where needed, one as often as you like: "
-            "`pcss,uniform:grid=5,uniform:grid=9`. Left out: all that can do the scene's lights.",
+            "`pcss,uniform:grid=5,adaptive:preset=paper`. Left out: all that can do the scene's lights.",
             show_default=False,
         ),
     ] = None,

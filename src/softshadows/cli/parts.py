@@ -39,7 +39,8 @@ OptionsOption = Annotated[
     typer.Option(
         "-O",
         metavar="NAME=VALUE",
-        help="An option of the technique; `softshadows techniques` lists them. Repeatable.",
+        help="An option of the technique, such as `visibility=ray` or `visibility.denoise=true`, or `preset=paper`; "
+        "`softshadows techniques` lists them. Repeatable.",
         show_default=False,
     ),
 ]

@@ -27,9 +27,9 @@ Departures from the paper
       targets and passes per silhouette; and the camera may be anywhere.
     - Whether the light's centre is hidden is counted from the triangles between it and the receiver, exactly where the
       edges say that it changes: both ask one predicate, so no pixel flips.
-    - `rect="exact"` is the default: the paper's rectangle misses corners of a quarter that are occluded without an edge
-      there. Floats in place of 8 bits (`quantise`), a quarter never more than full,
-      a rectangle never more than covered. docs/decisions/0012-penumbra-wedges.md has them measured.
+    - `blending.rect=exact` is the default: the paper's rectangle misses corners of a quarter that are occluded without
+      an edge there. Floats in place of 8 bits (`blending.quantise`), a quarter never more than full, a rectangle never
+      more than covered. docs/decisions/0012-penumbra-wedges.md has them measured.
     - Silhouettes are connected components, blended front to back. One that is not closed counts as two sheets, what
       turns its front and what turns its back to the light: exact for cards, whose border is always a silhouette.
       Edges with any number of triangles change the count of layers by what lies left and right of them, so holes,
@@ -37,7 +37,7 @@ Departures from the paper
     - A tile with much in its shaft pauses before a driver gives it up, and the next dispatch goes on with what its
       receivers know, to the same bits (dispatches.py).
     - The part of the light below a receiver's horizon counts as invisible; the paper leaves that to shading.
-    - `centre_of_gravity` is the paper's future work, which says no more than its name: regions are spread over
+    - `blending.centre_of_gravity` is the paper's future work, which says no more than its name: regions are spread over
       their rectangles with a density that rises linearly towards it.
     - `blending="union"` goes beyond: layers are counted over 256 points of the light, from silhouettes of the receiver
       itself. Any occluders unite exactly; what is left is the light's sampling.
