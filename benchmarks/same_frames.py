@@ -75,7 +75,7 @@ CONFIGS = (
         "adaptive pcf", "adaptive", {"max_depth": 2, "pcf": 3}, {"max_depth": 2, "filter": "pcf", "filter.texels": 3}
     ),
     config("adaptive global", "adaptive", {"max_depth": 3, "refinement": "global", "threshold": 3}),
-    config("adaptive deferred", "adaptive", {"max_depth": 2, "evaluation": "deferred"}),
+    config("adaptive deferred", "adaptive", {"max_depth": 2, "evaluation": "deferred"}, {"max_depth": 2}),
     config("adaptive paper", "adaptive", {"max_depth": 2, "weights": "paper", "comparison_scale": 0.5}),
     config("variable_penumbra", "variable_penumbra"),
     config("variable_penumbra layers", "variable_penumbra", {"layers": 2}),

@@ -14,7 +14,7 @@ import numpy.typing as npt
 import softshadows as ss
 from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.sampling import SURE_LEVELS, AdaptiveSampling
-from softshadows.techniques.adaptive.tree_buffers import CONTROL_WORDS, TILE
+from softshadows.techniques.adaptive.tree_buffers import TILE
 
 Bools = npt.NDArray[np.bool_]
 Cell = tuple[int, int, int]
@@ -25,15 +25,11 @@ RING = [(dy, dx) for dy in (-1, 0, 1) for dx in (-1, 0, 1) if (dy, dx) != (0, 0)
 
 @dataclass
 class Tree:
-    """For every tile of the picture, (tiles down, tiles across): is the cell in its tree, and is it refined?
-
-    Without the cells of levels that `max_maps` left out.
-    """
+    """For every tile of the picture, (tiles down, tiles across): is the cell in its tree, and is it refined?"""
 
     present: dict[Cell, Bools] = field(default_factory=dict)
     refined: dict[Cell, Bools] = field(default_factory=dict)
     capped: Bools = field(default_factory=lambda: np.zeros((0, 0), bool))  # a cell of the deepest level fails
-    left_out: int = 0  # levels, the deepest ones
 
     def depth(self) -> int:
         """Of the deepest cell in any tile's tree."""
@@ -41,7 +37,7 @@ class Tree:
 
     def same_as(self, other: Tree) -> list[str]:
         """What differs, in words; empty if nothing does."""
-        found = [] if self.left_out == other.left_out else [f"left out: {self.left_out}, {other.left_out}"]
+        found = []
         for what in ("present", "refined"):
             mine, others = getattr(self, what), getattr(other, what)
             for cell in sorted(mine.keys() | others.keys()):
@@ -55,8 +51,7 @@ class Gpu:
     """What an AdaptiveSampling's buffers hold after a frame, for the light that took the last turn.
 
     visible (height, width, rows, columns): the remembered look-ups, true of samples that the pixel sees; requested
-    (tiles down, tiles across, rows, columns): the samples of each tile's tree; left_out: levels without maps, which the
-    trees and requests here lack.
+    (tiles down, tiles across, rows, columns): the samples of each tile's tree.
     """
 
     def __init__(self, renderer: ss.Renderer, frame: ss.Frame, is_global: bool) -> None:
@@ -67,11 +62,8 @@ class Gpu:
         height, width = frame.surface.shape
         self.tiles = (-(-height // TILE), -(-width // TILE))
         rows, columns = self.lattice.rows, self.lattice.columns
-        self.left_out = int(self.words("control")[CONTROL_WORDS - 1])
         self.visible = bits(self._masks(rows)[:height, :width], columns)
-        drawn = self.lattice.spacing(self.lattice.depth - self.left_out)
-        known = (np.arange(rows) % drawn == 0)[:, None] & (np.arange(columns) % drawn == 0)
-        self.requested = bits(self._by_tree("requests", rows), columns) & known
+        self.requested, self._refined = self._rows_of_trees()
 
     def _masks(self, rows: int) -> npt.NDArray[np.uint32]:
         """(pixels down, pixels across, rows): words whose bit x is sample x of the row.
@@ -90,24 +82,23 @@ class Gpu:
         device = self.sampling._context.gpu.device
         return np.frombuffer(device.queue.read_buffer(getattr(self.sampling.buffers, buffer)), "<u4")
 
-    def _by_tree(self, buffer: str, rows: int) -> npt.NDArray[np.uint32]:
-        trees = (1, 1) if self.is_global else self.tiles
-        words = self.words(buffer)[: trees[0] * trees[1] * rows].reshape(*trees, rows)
-        return np.broadcast_to(words, (*self.tiles, rows))
+    def _rows_of_trees(self) -> tuple[Bools, Bools]:
+        """(tiles down, tiles across, rows, columns): each tree's requested samples, and its rows of refined cells."""
+        lattice, trees = self.lattice, (1, 1) if self.is_global else self.tiles
+        count = lattice.rows + sum(rows_of(lattice, level) for level in range(lattice.depth))
+        words = self.words("trees")[: trees[0] * trees[1] * count].reshape(*trees, count)
+        rows = bits(np.broadcast_to(words, (*self.tiles, count)), lattice.columns)
+        return rows[:, :, : lattice.rows], rows[:, :, lattice.rows :]
 
     def tree(self) -> Tree:
         """The trees as the GPU left them: refined cells, and their children."""
-        lattice, tree = self.lattice, Tree(left_out=self.left_out)
-        levels = range(lattice.depth - self.left_out)
-        refined_rows = sum(rows_of(lattice, level) for level in range(lattice.depth))
-        words = bits(self._by_tree("refined", refined_rows), lattice.columns) if refined_rows else None
+        lattice, tree = self.lattice, Tree()
         tree.present[0, 0, 0] = self.requested[:, :, 0, 0]
         first = 0
-        for level in levels:
+        for level in range(lattice.depth):
             for row in range(rows_of(lattice, level)):
                 for column in range(columns_of(lattice, level)):
-                    assert words is not None
-                    refined = words[:, :, first + row, column * lattice.spacing(level)]
+                    refined = self._refined[:, :, first + row, column * lattice.spacing(level)]
                     tree.refined[level, row, column] = refined
                     for child in children(lattice, (level, row, column)):
                         tree.present[child] = refined

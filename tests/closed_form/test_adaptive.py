@@ -223,9 +223,9 @@ def test_the_trees_are_the_models(name: str, refinement: str) -> None:
 @both_refinements
 @pytest.mark.parametrize("options", [
     {"comparison_scale": 0.5, "weights": "paper"}, {"comparison_scale": 0.25, "memory_budget": 1}, {"max_depth": 2},
-    {"resolution": "auto", "memory_budget": 1, "evaluation": "deferred"}, {"max_depth": 1}, {"max_depth": 0},
+    {"resolution": "auto", "memory_budget": 1}, {"max_depth": 1}, {"max_depth": 0},
     {"threshold": 1}, {"threshold": 12, "comparison_scale": 0.5}, {"threshold": 100, "weights": "paper"},
-    {"weights": "paper", "evaluation": "deferred"}, {"threshold": 20, "memory_budget": 1},
+    {"weights": "paper"}, {"threshold": 20, "memory_budget": 1},
 ], ids=str)  # fmt: skip
 def test_the_trees_are_the_models_with_every_option(options: dict[str, Any], refinement: str) -> None:
     """4 again."""
@@ -323,18 +323,6 @@ def test_fully_refined_is_uniform_sampling_to_the_bit(is_line: bool, weights: st
     assert stage.same_bits(frame.visibility, expected.visibility)
 
 
-@pytest.mark.parametrize(("refinement", "weights"), [("global", "paper"), ("tile", "area")])
-def test_deferred_evaluation_is_the_single_pass(refinement: str, weights: str) -> None:
-    """9: bit by bit, where the paper's two differ by the order of their sums."""
-    made, camera = SCENES["large light"]
-    single, deferred = (
-        frame_of(made, camera, ODD_SIZE, refinement=refinement, weights=weights, evaluation=evaluation)
-        for evaluation in ("single", "deferred")
-    )
-    assert stage.same_bits(single.visibility, deferred.visibility)
-    assert single.stats.lookups_per_pixel == deferred.stats.lookups_per_pixel
-
-
 @pytest.mark.parametrize(("weights", "limit", "least"), [("paper", 0.06, 0.045), ("area", 0.035, 0.02)])
 def test_known_bias_of_a_closed_grid(weights: str, limit: float, least: float, compare_visibility: Any) -> None:
     """11: equal weights count the light's border too much: by 1/17 on O1, where the trapezoid rule errs by 1/32."""
@@ -422,7 +410,7 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
     with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
         renderer.prepare()
         renderer.passes.technique.write(dict(enumerate(STANDARD.lights)))
-        (sampling,) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
+        ((sampling,),) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
         sizes = {name: buffer.size for name, buffer in vars(sampling.buffers).items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
         assert sizes["masks"] == tiles * model.TILE**2 * 40
@@ -500,7 +488,7 @@ def test_nothing_waits_within_a_frame(monkeypatch: pytest.MonkeyPatch) -> None:
                         (type(device.queue), "on_submitted_work_done_sync")]:  # fmt: skip
         count(cls, method)
     made, camera = SCENES["large light"]
-    technique = Adaptive(refinement="global", evaluation="deferred", resolution=256)
+    technique = Adaptive(refinement="global", resolution=256)
     with ss.Renderer(made, technique=technique, size=ODD_SIZE, memory_budget=1) as renderer:
         for _ in range(2):
             counts.clear()

@@ -15,7 +15,7 @@ from softshadows.scene.builtin.shapes import mesh, sphere
 from softshadows.techniques import TECHNIQUES, Technique, make_technique
 from softshadows.techniques.options import Number, OneOf, OneValueOf, Option, Table, as_text, values_of
 
-MOST_OPTIONS = 55
+MOST_OPTIONS = 54
 PAPERS = ("adaptive", "variable_penumbra", "line_shadow_maps", "occluding_edges", "penumbra_wedges")
 ALL = [(name, option) for name, cls in TECHNIQUES.items() for option in cls.options()]
 

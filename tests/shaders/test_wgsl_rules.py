@@ -229,7 +229,6 @@ def all_values_compiled_in() -> dict[str, set[str]]:
 COMPILED_IN = {
     "chunk.first_sample",
     "chunk.sample_count",
-    "levels.first",
     "maps.is_auto",
     "shape.columns",
     "shape.comparison_step",
@@ -239,7 +238,6 @@ COMPILED_IN = {
     "shape.image_size.x",
     "shape.image_size.y",
     "shape.is_global",
-    "shape.most_samples",
     "shape.refined_rows",
     "shape.sample_count",
     "shape.sample_rows",

@@ -23,7 +23,7 @@ Departures from the paper
       also replaces the paper's reuse of the last frame's subdivision; what is reused are the maps, where all fit the
       atlas.
     - Each map is looked up once per pixel and remembered as a bit, so that comparison and average share the look-ups.
-      `evaluation="deferred"` adds them up in a pass for every level, "single" in one.
+      The bits are added up in one pass; the paper's sums map by map are the same.
     - A tile that nothing can shadow asks for no maps. Background does not count in the 1-ring.
     - Shadow maps are fitted to the tiles that request them (docs/decisions/0001-shadow-maps.md), deep levels' more
       coarsely; where a level's maps exceed the memory budget they shrink, or are drawn one batch after the other.
@@ -34,12 +34,12 @@ Departures from the paper
       what hides between the tile's samples; samples are sheared, so that an edge along a side of the light does not
       meet a row of them at once; and on a line four more rays find each edge between two samples. `visibility="hybrid"`
       asks a ray only where the four texels around a look-up do not agree. Measured: docs/decisions/0017-rays.md.
-    - With rays, `offsets="stratified"` asks about other points in each of 4×4 pixels, and `denoise` averages what lies
-      on one surface and differs by no more than a row of the deepest cells; changes across the window stay. With
-      both, `max_depth=3` errs about as little as the default or less on rectangles, for 0.56 to 0.86 of its rays; on
-      lines offsets add noise.
-    - `jitter` moves the samples beside the lattice's points. `Renderer.refine` averages frames with other ones, for
-      a picture that converges while nothing moves.
+    - With rays, `visibility.offsets=stratified` asks about other points in each of 4×4 pixels, and `visibility.denoise`
+      averages what lies on one surface and differs by no more than a row of the deepest cells; changes across the
+      window stay. With both, `max_depth=3` errs about as little as the default or less on rectangles, for 0.56 to 0.86
+      of its rays; on lines offsets add noise.
+    - `Renderer.refine` averages frames whose samples lie at other places beside the lattice's points, for a picture
+      that converges while nothing moves.
 
 Use when
     you want the soft shadow of `uniform` for a fraction of its cost. `filter="cell"` with `max_depth=2` (25 maps) for
@@ -137,24 +137,15 @@ class Adaptive(Technique):
         converter=one_of(NoFilter, CellFilter, PcfFilter),
         help="take a sample as a point, as the part of the light around it, or averaged over texels of its map",
     )
-    evaluation: str = option(
-        default="single", help="all samples summed in one pass, or pass by pass", choices=("single", "deferred")
-    )
     resolution: int | str = resolution_option("auto")
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if not isinstance(self.filter, NoFilter):
-            if not isinstance(self.visibility, Maps):
-                raise OptionError(
-                    f"adaptive: filter={self.filter.name} looks into shadow maps, and "
-                    f"visibility={self.visibility.name} traces rays. Use visibility=map, or no filter."
-                )
-            if self.evaluation == "deferred":
-                raise OptionError(
-                    f"adaptive: evaluation=deferred sums samples level by level, and filter={self.filter.name} looks "
-                    "all up again at the end. Use evaluation=single, or no filter."
-                )
+        if not isinstance(self.filter, NoFilter) and not isinstance(self.visibility, Maps):
+            raise OptionError(
+                f"adaptive: filter={self.filter.name} looks into shadow maps, and visibility={self.visibility.name} "
+                "traces rays. Use visibility=map, or no filter."
+            )
         check_resolution(self.name, self.visibility, self.resolution)
 
     def build(self, context: RenderContext) -> TechniquePass:
@@ -202,10 +193,8 @@ class AdaptivePass(TechniquePass):
         options = SamplingOptions(
             is_global=technique.refinement == "global",
             threshold=technique.threshold,
-            max_maps=lattice.rows * lattice.columns,
             comparison_step=round(1.0 / technique.comparison_scale),
             paper_weights=technique.weights == "paper",
-            is_deferred=technique.evaluation == "deferred",
             pcf=technique.filter.texels if isinstance(technique.filter, PcfFilter) else 0,
             filters_cells=isinstance(technique.filter, CellFilter),
             visibility=technique.visibility.name,
@@ -236,13 +225,11 @@ class AdaptivePass(TechniquePass):
         return {"report": (self._report, "<u4", (REPORT_WORDS,))}
 
     def read(self, results: Mapping[str, np.ndarray]) -> None:
-        maps, capped, low, high, refused, cut_short = (int(word) for word in results["report"])
+        maps, capped, low, high, cut_short = (int(word) for word in results["report"])
         width, height = self._context.gbuffer.size
         self.shadow_maps = 0 if isinstance(self._technique.visibility, Rays) else maps
         self.lookups_per_pixel = (low + (high << 32)) / (width * height)
         self.warnings = []
-        if refused:
-            self.warnings.append(f"adaptive: {refused} levels of the light were left out, since max_maps is reached")
         if cut_short:
             self.warnings.append(CUT_SHORT)
         if capped:

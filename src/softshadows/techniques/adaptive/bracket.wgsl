@@ -36,7 +36,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     var rays = 0u;
     for (var level = 0u; level <= shape.deepest; level++) {
         let width = spacing(level);
-        var mixed = leaf_cells(pixel.tree, level, 0u, shape.deepest) & (seen ^ (seen >> width));
+        var mixed = leaf_cells(pixel.tree, level, 0u) & (seen ^ (seen >> width));
         for (; mixed != 0u; mixed &= mixed - 1u) {
             let first = firstTrailingBit(mixed);
             change += cell_area(level) * correction(start, pixel.place, first, first + width);

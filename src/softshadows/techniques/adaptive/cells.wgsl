@@ -16,12 +16,9 @@ fn present_cells(tree: u32, level: u32, row: u32) -> u32 {
     return children_of(trees[refined_index(tree, level - 1u, parent_row(row))], level);
 }
 
-fn leaf_cells(tree: u32, level: u32, row: u32, deepest: u32) -> u32 {
-    if level > deepest {
-        return 0u;
-    }
+fn leaf_cells(tree: u32, level: u32, row: u32) -> u32 {
     var cells = present_cells(tree, level, row);
-    if level < deepest {
+    if level < shape.deepest {
         cells &= ~trees[refined_index(tree, level, row)];
     }
     return cells;

@@ -26,9 +26,9 @@ struct Share {
     spacing: u32,   // of the coarsest leaf beside it
 };
 
-fn share_of(tree: u32, row: u32, column: u32, deepest: u32) -> Share {
+fn share_of(tree: u32, row: u32, column: u32) -> Share {
     var share = Share(0.0, 0u);
-    for (var level = 0u; level <= deepest; level++) {
+    for (var level = 0u; level <= shape.deepest; level++) {
         let width = spacing(level);
         if row % width != 0u || column % width != 0u {
             continue;
@@ -37,10 +37,10 @@ fn share_of(tree: u32, row: u32, column: u32, deepest: u32) -> Share {
         var above = 0u;
         var below = 0u;
         if cell_row < cell_rows(level) {
-            above = leaf_cells(tree, level, cell_row, deepest);
+            above = leaf_cells(tree, level, cell_row);
         }
         if cell_row > 0u || shape.has_rows == 0u {
-            below = leaf_cells(tree, level, select(0u, cell_row - 1u, cell_row > 0u), deepest);
+            below = leaf_cells(tree, level, select(0u, cell_row - 1u, cell_row > 0u));
         }
         let left = column - min(column, right_shift(level));
         let beside = select(0u, 1u, column >= right_shift(level));
@@ -140,10 +140,10 @@ struct Known {
     misses_some: bool,
 };
 
-fn known_of(pixel: TreePixel, lane: u32, deepest: u32) -> Known {
+fn known_of(pixel: TreePixel, lane: u32) -> Known {
     var known = Known(false, false);
     for (var row = 0u; row < shape.sample_rows; row++) {
-        let asked = trees[request_index(pixel.tree, row)] & known_samples(deepest, row);
+        let asked = trees[request_index(pixel.tree, row)];
         if asked != 0u {
             let seen = remembered(pixel.tile, row, lane) & asked;
             atomicOr(&seen_by_some[row], seen);
@@ -175,11 +175,11 @@ fn filtered(sample: vec2u, pixel: TreePixel, lane: u32, width: u32, is_seen: boo
     return f32(is_seen);
 }
 
-fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f32 {
+fn filtered_sum(pixel: TreePixel, lane: u32, is_mixed: bool) -> f32 {
     var visible = 0.0;
     var total = 0.0;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        let asked = trees[request_index(pixel.tree, row)] & known_samples(deepest, row);
+        let asked = trees[request_index(pixel.tree, row)];
         if asked == 0u {
             continue;
         }
@@ -187,7 +187,7 @@ fn filtered_sum(pixel: TreePixel, lane: u32, deepest: u32, is_mixed: bool) -> f3
         let uncertain = uncertain_samples(row, asked, is_mixed);
         for (var rest = asked; rest != 0u; rest &= rest - 1u) {
             let column = firstTrailingBit(rest);
-            let share = share_of(pixel.tree, row, column, deepest);
+            let share = share_of(pixel.tree, row, column);
             let is_seen = bit_of(seen, column) == 1u;
             var lit = f32(is_seen);
             if bit_of(uncertain, column) == 1u {
@@ -208,11 +208,10 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     }
     let pixel = tree_pixel(group.xy, local.xy);
     let receivers = receivers_of_tile(pixel.receiver, lane);
-    let deepest = deepest_drawn();
     let has_work = pixel.receiver.is_surface && is_active(pixel.tree);
     var known = Known(false, false);
     if has_work {
-        known = known_of(pixel, lane, deepest);
+        known = known_of(pixel, lane);
     }
     workgroupBarrier();
     if lane == 0u {
@@ -227,6 +226,6 @@ fn cs_filter(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) 
     } else if pcf_texels == 0u && !is_mixed {
         visibility[pixel.receiver.index] = select(0.0, 1.0, known.sees_some);
     } else {
-        visibility[pixel.receiver.index] = filtered_sum(pixel, lane, deepest, is_mixed);
+        visibility[pixel.receiver.index] = filtered_sum(pixel, lane, is_mixed);
     }
 }

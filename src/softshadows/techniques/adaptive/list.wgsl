@@ -32,19 +32,13 @@ fn cs_list(@builtin(local_invocation_index) lane: u32) {
     if lane > 0u {
         return;
     }
-    var count = rank_of(shape.sample_rows - 1u, shape.columns);
-    if control.refused_levels > 0u || control.drawn_samples + count > shape.most_samples {
-        control.refused_levels += 1u;  // also the deeper ones, whose samples nobody requests now
-        count = 0u;
-    }
-    control.drawn_samples += count;
+    let count = rank_of(shape.sample_rows - 1u, shape.columns);
     let at_one_time = select(min(count, step.samples_per_batch), shape.sample_count, shape.is_resident == 1u);
     let per_row = max(u32(ceil(sqrt(f32(at_one_time)))), 1u);
     control.levels[step.level].sample_count = count;
     control.levels[step.level].tiles_per_row = per_row;
     control.levels[step.level].tile_size = min(shape.largest_tile, shape.atlas_size / per_row);
     report[SHADOW_MAPS] += count;
-    report[REFUSED_LEVELS] = max(report[REFUSED_LEVELS], control.refused_levels);
     let tiles = select(atomicLoad(&control.levels[step.level].active_tiles), 0u, count == 0u);
     dispatches[2u * step.level] = vec4u(min(tiles, GROUPS_PER_ROW), (tiles + GROUPS_PER_ROW - 1u) / GROUPS_PER_ROW, 1u, 0u);
     dispatches[2u * step.level + 1u] = vec4u(count, 1u, 1u, 0u);

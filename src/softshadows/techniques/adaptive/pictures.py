@@ -23,7 +23,6 @@ import numpy.typing as npt
 import wgpu
 
 from softshadows.errors import OptionError
-from softshadows.gpu.compose import constant
 from softshadows.lights.lattice import Lattice
 from softshadows.techniques.adaptive.adaptive import AdaptivePass
 from softshadows.techniques.adaptive.tree_buffers import TILE
@@ -115,21 +114,16 @@ def read_decisions(renderer: Any) -> Decisions:
     row_words = words(sampling.buffers.trees)[: trees[0] * trees[1] * (lattice.rows + cell_rows)]
     bits = _bits(row_words.reshape(*trees, -1), lattice.columns)
     bits = np.broadcast_to(bits, (*tiles, *bits.shape[2:]))  # all tiles may share one tree
-    refused = int(words(work._report)[_REFUSED_LEVELS])
-    requested = bits[:, :, : lattice.rows] & _known(lattice, lattice.depth - refused)
+    requested = bits[:, :, : lattice.rows]
     all_refined = bits[:, :, lattice.rows :]
     refined, first = [], 0
     for level in range(lattice.depth):
         rows = _cell_rows(lattice, level)
         found = all_refined[:, :, first : first + rows, : max(lattice.columns - 1, 1) : lattice.spacing(level)]
-        refined.append(found & (level < lattice.depth - refused))
+        refined.append(found)
         first += rows
     remembered = _remembered(words(sampling.buffers.masks), lattice, tiles)[:height, :width]
     return Decisions(lattice, surface, requested, refined, remembered)
-
-
-_REFUSED_LEVELS = constant("techniques/adaptive/tree.wgsl", "REFUSED_LEVELS")
-"""The word of the frame's report that counts levels left out for `max_maps` (tree.wgsl)."""
 
 
 def _surface(device: wgpu.GPUDevice, position: wgpu.GPUTexture) -> Bools:
@@ -155,13 +149,6 @@ def _remembered(words: Words, lattice: Lattice, tiles: tuple[int, int]) -> Words
 def _bits(words: Words, count: int) -> Bools:
     """(..., count): the words' lowest bits."""
     return (words[..., None] >> np.arange(count, dtype=np.uint32) & 1).astype(bool)
-
-
-def _known(lattice: Lattice, depth: int) -> Bools:
-    """(rows, columns): samples of the levels down to `depth`."""
-    rows = np.arange(lattice.rows) % lattice.spacing(depth) == 0
-    columns = np.arange(lattice.columns) % lattice.spacing(depth) == 0
-    return rows[:, None] & columns
 
 
 def _cell_rows(lattice: Lattice, level: int) -> int:

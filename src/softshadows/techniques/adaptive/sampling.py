@@ -31,7 +31,7 @@ from softshadows.lights.jitter import placed, places_of
 from softshadows.lights.lattice import Lattice
 from softshadows.lights.sample_sets import SampledLight, SampleSet
 from softshadows.scene.lights import Light
-from softshadows.techniques.adaptive.structs import Levels, Step, TreeShape
+from softshadows.techniques.adaptive.structs import Step, TreeShape
 from softshadows.techniques.adaptive.tree_buffers import TreeBuffers, tiles_of
 from softshadows.techniques.base import RenderContext
 from softshadows.visibility.maps.plan import AtlasPlan
@@ -59,10 +59,8 @@ class SamplingOptions:
 
     is_global: bool
     threshold: int
-    max_maps: int
     comparison_step: int
     paper_weights: bool
-    is_deferred: bool
     pcf: int
     filters_cells: bool
     visibility: str
@@ -89,8 +87,7 @@ class AdaptiveSampling:
         self._context, self._lattice, self._plan = context, lattice, plan
         self._batches, self._options = batches, options
         self._tree = tree_of(context.scene) if options.visibility != "map" else None
-        is_bracketed = lattice.dimensions == 1 and options.max_maps >= lattice.samples
-        is_bracketed &= not (options.paper_weights or options.is_deferred)
+        is_bracketed = lattice.dimensions == 1 and not options.paper_weights
         self._has_brackets = options.visibility != "map" and is_bracketed
         self._has_probes = options.visibility == "ray" and not options.is_global
         gpu, scene, gbuffer = context.gpu, context.scene, context.gbuffer
@@ -107,7 +104,6 @@ class AdaptiveSampling:
         self._own_bytes = self.buffers.bytes
         self._programs = self._make_programs(report)
         self._levels = [self._make_level(level) for level in range(lattice.depth + 1)]
-        self._sums = self._make_sums()
 
     @property
     def lattice(self) -> Lattice:
@@ -133,7 +129,6 @@ class AdaptiveSampling:
             is_global=int(options.is_global),
             sure_levels=0 if options.is_global else SURE_LEVELS,
             threshold=options.threshold,
-            most_samples=options.max_maps,
             comparison_step=options.comparison_step,
             is_resident=int(plan is None or plan.holds_all),
             largest_tile=plan.tile if plan is not None else 0,
@@ -214,19 +209,10 @@ class AdaptiveSampling:
             if name in self._programs
         }
 
-    def _uniform(self, value: Step | Levels) -> wgpu.GPUBuffer:
-        buffer = self._context.gpu.uniform(value)
+    def _uniform(self, step: Step) -> wgpu.GPUBuffer:
+        buffer = self._context.gpu.uniform(step)
         self._own_bytes += buffer.size
         return buffer
-
-    def _make_sums(self) -> list[Bindings]:
-        """The passes of the average: one over all levels, or one for each where the evaluation is deferred."""
-        if self._options.is_filtered:
-            return []
-        levels = self._lattice.depth + 1
-        ranges = [(level, level + 1) for level in range(levels)] if self._options.is_deferred else [(0, levels)]
-        average = self._programs["average"]
-        return [average.bind(levels=self._uniform(Levels(first=first, end=end))) for first, end in ranges]
 
     @property
     def bytes(self) -> int:
@@ -268,13 +254,9 @@ class AdaptiveSampling:
         if self._has_brackets:
             with commands.compute("trace") as compute:
                 self._programs["bracket"].dispatch(compute, self._tiles)
-        if self._options.is_filtered:
-            with commands.compute("filter") as compute:
-                self._programs["filter"].dispatch(compute, self._tiles)
-            return
-        with commands.compute("average") as compute:
-            for levels in self._sums:
-                self._programs["average"].dispatch(compute, self._tiles, levels)
+        last = "filter" if self._options.is_filtered else "average"
+        with commands.compute(last) as compute:
+            self._programs[last].dispatch(compute, self._tiles)
 
     def _encode_level(self, commands: Commands, level: int) -> None:
         programs, bound, dispatches = self._programs, self._levels[level], self.buffers.dispatches

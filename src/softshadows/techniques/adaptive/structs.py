@@ -19,7 +19,6 @@ class TreeShape(Struct):
     is_global: U32
     sure_levels: U32  # the first levels: what a tile or the next sees a part of is refined without a test
     threshold: U32  # texels of a cell that may fail
-    most_samples: U32
     comparison_step: U32  # pixels from texel to texel of the comparison
     is_resident: U32  # all maps share the atlas for the whole frame
     largest_tile: U32
@@ -43,10 +42,3 @@ class Step(Struct):
     first_ray: U32  # of each pixel's on this level, and how many of them are traced
     rays: U32
     fineness: F32  # of the level's maps: texels along a pixel, over those of the first level
-
-
-class Levels(Struct):
-    """The levels that one pass of the average adds up."""
-
-    first: U32
-    end: U32

@@ -25,8 +25,7 @@ const SHADOW_MAPS = 0u;   // what a frame reports over all its lights, by word
 const CAPPED_TILES = 1u;  // where the deepest level fails too
 const LOOKUPS_LOW = 2u;   // of all pixels, 64 bits
 const LOOKUPS_HIGH = 3u;
-const REFUSED_LEVELS = 4u;
-const CUT_SHORT = 5u;       // a ray ended before its end
+const CUT_SHORT = 4u;       // a ray ended before its end
 
 @group(3) @binding(0) var<uniform> shape: TreeShape;
 
@@ -43,8 +42,6 @@ struct Control {
     ranked: array<u32, MOST_SAMPLES>,          // the level's requested samples, in order
     cut_short: atomic<u32>,                    // not 0: a ray ended before its end
     bracket_rays: atomic<u32>,
-    drawn_samples: u32,
-    refused_levels: u32,                       // the deepest ones, whose maps would have exceeded max_maps
 };
 
 fn spacing(level: u32) -> u32 {

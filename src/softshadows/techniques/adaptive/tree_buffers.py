@@ -17,7 +17,7 @@ TILE = constant(_TREE, "TILE")
 assert TILE == BOX_EDGE, "a tile's receivers are those of one box that windows are fitted to"
 QUADRANTS, CELLS_PER_ROW = constant(_TREE, "QUADRANTS"), constant(_TREE, "CELLS_PER_ROW")
 DEEPEST_CELLS = constant("techniques/adaptive/probes.wgsl", "DEEPEST_CELLS")
-CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 4
+CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 2
 DISPATCH_BYTES = 16
 """Of an indirect dispatch's arguments, in array<vec4u>."""
 

@@ -1,4 +1,4 @@
-// What both ways from look-ups to visibility share: where a pixel begins, the levels that were drawn, weights, and what is known
+// What both ways from look-ups to visibility share: where a pixel begins, weights, and what is known
 // without look-ups. The including file declares `light`.
 
 //#needs light
@@ -70,21 +70,6 @@ fn paper_weight(level: u32) -> f32 {
     return select(ratio, ratio * ratio, shape.has_rows == 1u);
 }
 
-fn deepest_drawn() -> u32 {
-    return shape.deepest - min(control.refused_levels, shape.deepest);
-}
-
-// The bits of the samples that the levels down to `level` know, in a row.
-fn known_samples(level: u32, row: u32) -> u32 {
-    var samples = 0u;
-    if row % spacing(level) == 0u {
-        for (var column = 0u; column < shape.columns; column += spacing(level)) {
-            samples |= 1u << column;
-        }
-    }
-    return samples;
-}
-
 fn add_lookups(added: u32) {
     let before = atomicAdd(&report[LOOKUPS_LOW], added);
     if before + added < before {
@@ -96,7 +81,7 @@ fn add_lookups(added: u32) {
 fn count_lookups(tree_index: u32, receivers: u32) {
     var samples = 0u;
     for (var row = 0u; row < shape.sample_rows; row++) {
-        samples += countOneBits(trees[request_index(tree_index, row)] & known_samples(deepest_drawn(), row));
+        samples += countOneBits(trees[request_index(tree_index, row)]);
     }
     samples += select(0u, 4u, shape.has_probes == 1u && is_active(tree_index));
     add_lookups(samples * receivers);

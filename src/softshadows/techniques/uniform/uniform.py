@@ -16,9 +16,9 @@ Departures from the paper
     - `visibility="ray"` traces a ray to each sample instead of looking into a map, and agrees with Embree pixel by
       pixel; "hybrid" does so only where the four texels around a look-up do not agree. See docs/decisions/0017-rays.md.
     - Samples below a receiver's horizon count as invisible.
-    - With `visibility="ray"`, `offsets="stratified"` asks about other points in each of 4×4 pixels, and `denoise`
-      averages them, where penumbrae are wider than a few pixels: `grid=5` on scorpion errs by 0.0062 instead of 0.0083.
-      The offsets alone add noise (0.0147). Measured: docs/decisions/0017-rays.md.
+    - With `visibility="ray"`, `visibility.offsets=stratified` asks about other points in each of 4×4 pixels, and
+      `visibility.denoise` averages them, where penumbrae are wider than a few pixels: `grid=5` on scorpion errs by
+      0.0062 instead of 0.0083. The offsets alone add noise (0.0147). Measured: docs/decisions/0017-rays.md.
 
 Use when
     you need a dependable soft shadow and time does not matter: the more samples, the closer to the truth.
