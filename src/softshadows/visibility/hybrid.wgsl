@@ -31,7 +31,7 @@ fn gaps_around(sight: Sight) -> vec4f {
     let bounded = clamp(on_plane, vec4f(0.5 * sight.closeness), vec4f(2.0 * sight.closeness));
     let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
     let slope = (abs(gradient.x) + abs(gradient.y)) / texel_closeness;
-    let bias_texels = maps.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
+    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS;
     return (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
 }
 

@@ -32,7 +32,7 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
     let v = view.window_low.y + (f32(texel.y) + 0.5) / view.texels_per_unit.y;
     let closeness = plane_closeness(sight.plane_normal, sight.plane_offset, vec2f(sight.position.x, v));
     let rise = sight.plane_normal.x * extent * direction / sight.plane_offset;  // of the receiver's plane, per texel
-    let bias = maps.bias_scale * (SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * closeness_of_extent(closeness, extent));
+    let bias = SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * closeness_of_extent(closeness, extent);
     let farthest = length * max(nearest - closeness, 0.0);  // where that would hide the segment's other end
     let steps = u32(clamp(farthest / extent + 1.0, 0.0, f32(view.size.x)));
 

@@ -42,7 +42,7 @@ fn look_from(sample: u32, receiver: Receiver) -> Look {
         sight.position.x,
         sight.closeness,
         vec2f(next_column, next_row) - sight.closeness,
-        maps.bias_scale * CURVATURE_BIAS_TEXELS * texel_closeness,
+        CURVATURE_BIAS_TEXELS * texel_closeness,
     );
 }
 

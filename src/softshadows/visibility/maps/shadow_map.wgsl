@@ -105,12 +105,12 @@ fn texel_gap(sight: Sight, texel: vec2u) -> TexelGap {
     let on_plane = plane_closeness(sight.plane_normal, sight.plane_offset, center);
     let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
     let slope = closeness_per_texel(sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
-    let bias_texels = maps.bias_scale * (SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
+    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS;
     let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
     let stored = stored_closeness(sight, texel);
     let gap = (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
     let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
-    return TexelGap(stored, gap, maps.bias_scale * grazing);
+    return TexelGap(stored, gap, grazing);
 }
 
 // Is the receiver's plane lit in this texel? For filters, which ask about many texels around the receiver.
@@ -140,7 +140,7 @@ fn closeness_beside(sight: Sight, texel: vec2u, step: vec2i) -> f32 {
 fn free_closeness(sight: Sight) -> f32 {
     let view = shadow_views[sight.view];
     let texel_extent = 1.0 / min(view.texels_per_unit.x, view.texels_per_unit.y);
-    let bias = maps.bias_scale * CURVATURE_BIAS_TEXELS * closeness_of_extent(sight.closeness, texel_extent);
+    let bias = CURVATURE_BIAS_TEXELS * closeness_of_extent(sight.closeness, texel_extent);
     return sight.closeness + bias + FLOAT_BIAS * sight.closeness;
 }
 

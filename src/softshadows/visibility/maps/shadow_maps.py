@@ -163,7 +163,6 @@ class ShadowMaps(Provider):
             far=far,
             depth_scale=1.0 if light.is_directional else near,
             window_scale=max(scene.diagonal, 1e-6) if light.is_directional else 1.0,
-            bias_scale=1.0,
             texels_per_pixel=options.texels_per_pixel,
             margin_texels=float(options.margin_texels),
             search_margin=options.search_margin,

@@ -19,7 +19,6 @@ class MapSettings(Struct):
     far: F32
     depth_scale: F32  # stored depth over closeness
     window_scale: F32  # metres that windows are measured in: 1 where they are in tangents
-    bias_scale: F32
     texels_per_pixel: F32
     margin_texels: F32
     search_margin: F32  # half lights around the receivers that look-ups reach
