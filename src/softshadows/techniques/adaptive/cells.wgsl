@@ -1,6 +1,6 @@
 // Rows of a tree's cells, for kernels that only read them.
 
-//#needs children_of, parent_row, refined_index, request_index
+//#needs children_of, parent_row, refined_index, request_index, shape
 
 @group(3) @binding(1) var<storage, read> trees: array<u32>;
 
