@@ -6,8 +6,8 @@
 
 const CERTAIN_TEXELS = 8.0;  // an occluder this far before the receiver's plane is not the receiver's own neighbourhood
 
-// By how much the occluders in the four texels around the look-up are before the receiver's plane: texel_gap() four at a
-// time, along one gradient, since closeness is linear in the window.
+// gaps() of the occluders in the four texels around the look-up, along one gradient of the receiver's plane, whose closeness is
+// linear in the window.
 fn gaps_around(sight: Sight) -> vec4f {
     let view = shadow_views[sight.view];
     let last = vec2i(view.size) - 1;
@@ -21,18 +21,14 @@ fn gaps_around(sight: Sight) -> vec4f {
         stored_closeness(sight, vec2u(low.x, high.y)),
         stored_closeness(sight, high),
     );
-    let texel_extent = 1.0 / view.texels_per_unit;
+    let scale = texel_scale(sight);
     let flatness = select(sight.plane_offset, sight.plane_normal.z * (maps.far - maps.near), light.is_directional == 1u);
-    let gradient = sight.plane_normal.xy * texel_extent / flatness;  // of the plane's closeness, per texel
+    let gradient = sight.plane_normal.xy * scale.extent / flatness;  // of the plane's closeness, per texel
     let before = vec2f(low) + 0.5 - at;
     let after = vec2f(high) + 0.5 - at;
     let on_plane = sight.closeness + gradient.x * vec4f(before.x, after.x, before.x, after.x)
         + gradient.y * vec4f(before.yy, after.yy);
-    let bounded = clamp(on_plane, vec4f(0.5 * sight.closeness), vec4f(2.0 * sight.closeness));
-    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
-    let slope = (abs(gradient.x) + abs(gradient.y)) / texel_closeness;
-    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS;
-    return (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
+    return gaps(sight, scale, stored, on_plane);
 }
 
 fn map_answer(sample_index: u32, receiver: Receiver) -> u32 {

@@ -1,6 +1,7 @@
 // Windows that all maps of a line light share, so that a row of one is the same row of every other.
 
 //#include "visibility/maps/placing.wgsl"
+//#include "visibility/maps/lanes.wgsl"
 //#include "visibility/swept_box.wgsl"
 //#include "line_space.wgsl"
 //#struct LineWindow
@@ -14,7 +15,6 @@
 @group(1) @binding(3) var<uniform> stage: Stage;
 @group(1) @binding(4) var<storage, read> occluder_boxes: array<OccluderBox>;
 
-const LANES = 64u;
 const VIEW_LIMIT = 1.0;    // faces meet at 45 degrees
 const FRONT_LIMIT = 3.0;   // how far the front window may reach over the faces beside it, to 72 degrees
 const FRONT_GROWTH = 3.0;  // by how much its area may grow for it: every face less is one drawing of the scene less
@@ -25,11 +25,7 @@ const ROW_WEIGHT = 2.0;  // of a texel's extent around the light, against that a
 const NOTHING = vec3f(3e38);
 const OCCLUDER_ROOM = 0.01;  // of what occluders take: their edges need texels on both sides
 
-// Extents from the line's first end, with u from its last end as z.
-var<workgroup> lane_lows: array<vec3f, LANES>;
-var<workgroup> lane_highs: array<vec3f, LANES>;
-var<workgroup> lane_demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
-
+// Extents are from the line's first end, with u from its last end as z.
 var<private> wanted: array<LineWindow, WINDOWS>;
 var<private> lows: array<vec3f, WINDOWS>;
 var<private> highs: array<vec3f, WINDOWS>;
@@ -135,22 +131,6 @@ fn shared_window(low: vec3f, high: vec3f, limit_low: vec2f, limit_high: vec2f, t
 
 fn is_absent(window: LineWindow) -> bool {
     return window.extent.y < 0.0;
-}
-
-// Every lane's extents and demand become those of all lanes, in the first place.
-fn join_lanes(lane: u32, low: vec3f, high: vec3f, demand: vec2f) {
-    lane_lows[lane] = low;
-    lane_highs[lane] = high;
-    lane_demands[lane] = demand;
-    for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
-        workgroupBarrier();
-        if lane < stride {
-            lane_lows[lane] = min(lane_lows[lane], lane_lows[lane + stride]);
-            lane_highs[lane] = max(lane_highs[lane], lane_highs[lane + stride]);
-            lane_demands[lane] += lane_demands[lane + stride];
-        }
-    }
-    workgroupBarrier();
 }
 
 // What the occluders take of every face that may shadow a receiver in the box [low, high], seen from anywhere on the light: a

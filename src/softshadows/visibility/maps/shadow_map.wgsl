@@ -96,20 +96,38 @@ struct TexelGap {
     grazing: f32,  // how much of that may come from a surface that ends within the texel, in grazing light
 };
 
+// What a texel is to the receiver: its extent in the window; how much closeness changes over its width, seen along the ray, and
+// by how many texels of that the receiver's plane is steep; by how many an occluder may be before the plane.
+struct TexelScale {
+    extent: vec2f,
+    closeness: f32,
+    slope: f32,
+    bias_texels: f32,
+};
+
+fn texel_scale(sight: Sight) -> TexelScale {
+    let extent = 1.0 / shadow_views[sight.view].texels_per_unit;
+    let closeness = closeness_of_extent(sight.closeness, max(extent.x, extent.y));
+    let slope = closeness_per_texel(sight.plane_normal, sight.plane_offset, extent) / closeness;
+    return TexelScale(extent, closeness, slope, SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS);
+}
+
+// By how many texels four occluders lie before the receiver's plane, whose closeness is `on_plane` there, and before the bias.
+fn gaps(sight: Sight, scale: TexelScale, stored: vec4f, on_plane: vec4f) -> vec4f {
+    let bounded = clamp(on_plane, vec4f(0.5 * sight.closeness), vec4f(2.0 * sight.closeness));
+    return (stored - bounded - FLOAT_BIAS * sight.closeness) / scale.closeness - scale.bias_texels;
+}
+
 // The stored closeness belongs to the ray through the texel's centre, so it is compared with the receiver's plane on that
 // same ray: a plane never shadows itself, however steep, and the only bias left is for rounding and curvature.
 fn texel_gap(sight: Sight, texel: vec2u) -> TexelGap {
     let view = shadow_views[sight.view];
-    let texel_extent = 1.0 / view.texels_per_unit;
-    let center = view.window_low + (vec2f(texel) + 0.5) * texel_extent;
+    let scale = texel_scale(sight);
+    let center = view.window_low + (vec2f(texel) + 0.5) * scale.extent;
     let on_plane = plane_closeness(sight.plane_normal, sight.plane_offset, center);
-    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
-    let slope = closeness_per_texel(sight.plane_normal, sight.plane_offset, texel_extent) / texel_closeness;
-    let bias_texels = SNAP_BIAS_TEXELS * slope + CURVATURE_BIAS_TEXELS;
-    let bounded = clamp(on_plane, 0.5 * sight.closeness, 2.0 * sight.closeness);
     let stored = stored_closeness(sight, texel);
-    let gap = (stored - bounded - FLOAT_BIAS * sight.closeness) / texel_closeness - bias_texels;
-    let grazing = GRAZING_BIAS_TEXELS * clamp(slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
+    let gap = gaps(sight, scale, vec4f(stored), vec4f(on_plane)).x;
+    let grazing = GRAZING_BIAS_TEXELS * clamp(scale.slope - GRAZING_SLOPE, 0.0, GRAZING_SLOPE_LIMIT);
     return TexelGap(stored, gap, grazing);
 }
 

@@ -6,15 +6,11 @@
 
 //#needs is_receiver
 //#include "placing.wgsl"
+//#include "lanes.wgsl"
 
-const LANES = 64u;
 const WINDOW_LIMIT = 1.0;      // faces meet at 45 degrees
 const FRONT_LIMIT = 3.0;       // how far the front window may reach over the other faces, to 72 degrees
 const FRONT_GROWTH = 3.0;      // by how much its area may grow for it: every face less is one drawing of the scene less
-
-var<workgroup> lane_lows: array<vec2f, LANES>;
-var<workgroup> lane_highs: array<vec2f, LANES>;
-var<workgroup> lane_demands: array<vec2f, LANES>;  // sum of texels asked for per unit of the window, number of pixels
 
 fn map_coordinates(face: u32, vector_ls: vec3f) -> vec3f {
     return face_coordinates(face, vector_ls);
@@ -80,19 +76,8 @@ fn fit_windows(sample: u32, texels_per_pixel: f32, lane: u32) {
         }
     }
     for (var window = 0u; window < WINDOWS; window++) {
-        lane_lows[lane] = lows[window];
-        lane_highs[lane] = highs[window];
-        lane_demands[lane] = demands[window];
-        for (var stride = LANES / 2u; stride > 0u; stride /= 2u) {
-            workgroupBarrier();
-            if lane < stride {
-                lane_lows[lane] = min(lane_lows[lane], lane_lows[lane + stride]);
-                lane_highs[lane] = max(lane_highs[lane], lane_highs[lane + stride]);
-                lane_demands[lane] += lane_demands[lane + stride];
-            }
-        }
-        workgroupBarrier();
-        windows[window] = Window(lane_lows[0], lane_highs[0], texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0));
+        join_lanes(lane, vec3f(lows[window], 0.0), vec3f(highs[window], 0.0), demands[window]);
+        windows[window] = Window(lane_lows[0].xy, lane_highs[0].xy, texels_per_pixel * lane_demands[0].x / max(lane_demands[0].y, 1.0));
         workgroupBarrier();
     }
 }
