@@ -103,16 +103,7 @@ def plan_line_maps(
             f"{memory_budget} MiB or this adapter's largest texture holds. Lower the resolution or the number of "
             "samples, or raise the renderer's memory_budget."
         )
-    return AtlasPlan(
-        samples=samples,
-        tile=tile,
-        is_auto=resolution == "auto",
-        tiles_per_row=per_row,
-        atlas_size=tile * per_row,
-        samples_per_batch=samples,
-        samples_per_chunk=samples,
-        chunks=stages,
-    )
+    return AtlasPlan.of_tiles(samples, tile, per_row, is_auto=resolution == "auto", chunks=stages)
 
 
 def line_points(light: Light, samples: int) -> np.ndarray:

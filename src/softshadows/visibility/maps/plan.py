@@ -30,6 +30,31 @@ class AtlasPlan:
     samples_per_chunk: int
     chunks: int
 
+    @classmethod
+    def of_tiles(
+        cls,
+        samples: int,
+        tile: int,
+        tiles_per_row: int,
+        *,
+        is_auto: bool,
+        samples_per_batch: int | None = None,
+        samples_per_chunk: int | None = None,
+        chunks: int | None = None,
+    ) -> AtlasPlan:
+        """A square atlas of so many tiles; by default all samples are one batch and one chunk."""
+        per_chunk = samples_per_chunk or samples
+        return cls(
+            samples=samples,
+            tile=tile,
+            is_auto=is_auto,
+            tiles_per_row=tiles_per_row,
+            atlas_size=tile * tiles_per_row,
+            samples_per_batch=samples_per_batch or samples,
+            samples_per_chunk=per_chunk,
+            chunks=chunks or -(-samples // per_chunk),
+        )
+
     @property
     def bytes(self) -> int:
         return 4 * self.atlas_size**2
@@ -90,13 +115,11 @@ def plan_atlas(
     per_chunk = int(np.clip(np.ceil(SUBMIT_MS / max(milliseconds, 1e-6)), 1, most))
     # A batch is whole chunks; but where the atlas holds all samples, all of them are one batch.
     per_batch = samples if per_row * per_row >= samples else per_row * per_row // per_chunk * per_chunk
-    return AtlasPlan(
-        samples=samples,
-        tile=tile,
+    return AtlasPlan.of_tiles(
+        samples,
+        tile,
+        per_row,
         is_auto=resolution == "auto",
-        tiles_per_row=per_row,
-        atlas_size=tile * per_row,
         samples_per_batch=per_batch,
         samples_per_chunk=per_chunk,
-        chunks=-(-samples // per_chunk),
     )
