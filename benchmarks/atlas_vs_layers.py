@@ -1,4 +1,4 @@
-"""All shadow maps in one atlas by instanced draws, against one pass per layer of an array texture, in turns.
+"""All shadow maps in one atlas by instanced draws, against one pass per layer of an array texture, interleaved.
 
     python benchmarks/atlas_vs_layers.py                 57 k triangles, 289 maps of 512²
 
@@ -19,12 +19,12 @@ from pathlib import Path
 
 import numpy as np
 import wgpu
+from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 
 import softshadows as ss
 from softshadows.gpu.compose import shader_module
 from softshadows.gpu.layout import dtype
 from softshadows.passes.gbuffer.gbuffer import SCENE_STRUCTS
-from softshadows.visibility.maps.shadow_atlas import ShadowAtlas
 from softshadows.visibility.maps.structs import SHADOW_STRUCTS, DrawView
 
 LAYERS = 256  # WebGPU's default limit

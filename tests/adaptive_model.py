@@ -50,12 +50,12 @@ class Tree:
 class Gpu:
     """What an AdaptiveSampling's buffers hold after a frame, for the light that took the last turn.
 
-    visible (height, width, rows, columns): the remembered look-ups, true of samples that the pixel sees; requested
+    visible (height, width, rows, columns): the look-ups' bits, true of samples that the pixel sees; requested
     (tiles down, tiles across, rows, columns): the samples of each tile's tree.
     """
 
     def __init__(self, renderer: ss.Renderer, frame: ss.Frame, is_global: bool) -> None:
-        self.sampling: AdaptiveSampling = renderer.passes.technique._turns[-1][0]  # type: ignore[union-attr]
+        self.sampling: AdaptiveSampling = renderer.passes.technique._by_light[-1][0]  # type: ignore[union-attr]
         self.lattice: Lattice = self.sampling._lattice
         self.surface = frame.surface
         self.is_global = is_global

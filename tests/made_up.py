@@ -37,7 +37,7 @@ def measurement(lights: int = 1, name: str = "<script>alert(1)</script>") -> Mea
         technique = make_technique("uniform", {"grid": grid})
         visibility = truth + np.float32(offset)
         comparisons = [metrics.compare(*light) for light in zip(visibility, truth, mask, strict=True)]
-        timing = {"frame": Timing.of([frame_ms]), "kept": Timing.of([1.0])}
+        timing = {"frame": Timing.of([frame_ms]), "cached": Timing.of([1.0])}
         made.append(
             Result(technique, label_of(technique), visibility, picture, comparisons, None, timing, stats, ["a & b"])
         )

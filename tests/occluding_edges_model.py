@@ -1,7 +1,7 @@
 """Occluding Edges Soft Shadows once more, in flatland and float64: one row of the maps, to check the shaders' maths.
 
 A row is a plane through the light. In it a point has a position x along the light and a distance d from the light's
-axis; a light sample at s sees it in the direction u = (x - s) / d, and its closeness is w = 1 / d. So its direction
+axis; a light sample at s sees it in the direction u = (x - s) / d, and its inverse depth is w = 1 / d. So its direction
 from a sample `length` farther along is u - length w: what the paper calls the corresponding pixel.
 """
 
@@ -70,7 +70,7 @@ class Flatland:
         """(n, 2): the floor's points at `x`."""
         return np.stack([x, self.floor + self.slope * x], axis=-1)
 
-    def closeness(self, sample: float, u: Array) -> Array:
+    def inverse_depth(self, sample: float, u: Array) -> Array:
         """A row of the sample's map."""
         distance = (self.floor + self.slope * sample) / (1.0 - self.slope * u)
         for occluder in self.occluders:
@@ -101,7 +101,7 @@ def angles_share(left: Array, right: Array, fragment: Array, edge: Array) -> Arr
 
 
 def edge_share(u: Array, w: Array, edge_u: Array, edge_w: Array, length: Array | float) -> Array:
-    """The same number from directions and closenesses in the left sample's map."""
+    """The same number from directions and inverse depthes in the left sample's map."""
     return (edge_u - u) / ((edge_w - w) * length)
 
 
@@ -112,21 +112,23 @@ def influences(low: Array, high: Array) -> tuple[Array, Array]:
 
 
 def occluding_edges(
-    u: Array, w: Array, length: float, *, sights: int = 1, half_texel: float = 0.0
+    u: Array, w: Array, length: float, *, map_samples: int = 1, half_texel: float = 0.0
 ) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
     """[Reimann2016 §3.2, §3.3] Of each texel in a left map's row: its edge's u and w, and whether it has one.
 
     Walking left, texels keep their order in the other map. Those behind the first one that does not are in its
     penumbra, until the order is back. `length` of the light is negative for a right map, whose row is walked to the
-    right. With several `sights`, the order in as many maps along the light counts, and the edge that hides most.
+    right. With several `map samples`, the order in as many maps along the light counts, and the edge that hides most.
     """
     if length < 0.0:
-        edge_u, edge_w, found = occluding_edges(-u[::-1], w[::-1], -length, sights=sights, half_texel=half_texel)
+        edge_u, edge_w, found = occluding_edges(
+            -u[::-1], w[::-1], -length, map_samples=map_samples, half_texel=half_texel
+        )
         return -edge_u[::-1], edge_w[::-1], found[::-1]
     edge_u, edge_w = np.zeros((2, len(u)))
     best_share = np.ones(len(u))
-    for sight in range(1, sights + 1):
-        other = u - length * sight / sights * w
+    for map_sample in range(1, map_samples + 1):
+        other = u - length * map_sample / map_samples * w
         best, lowest = -1, np.inf
         for texel in range(len(u) - 1, -1, -1):
             if other[texel] > lowest:
@@ -158,9 +160,9 @@ def segment_visibility(
     points = world.receivers(x)
     shares, seen = [], []
     for sample, length in ((low, high - low), (high, low - high)):
-        w = world.closeness(sample, u)
-        sights = 4 if repaired else 1
-        edge_u, edge_w, found = occluding_edges(u, w, length, sights=sights, half_texel=reach / texels)
+        w = world.inverse_depth(sample, u)
+        map_samples = 4 if repaired else 1
+        edge_u, edge_w, found = occluding_edges(u, w, length, map_samples=map_samples, half_texel=reach / texels)
         own_u, own_w = (points[:, 0] - sample) / points[:, 1], 1.0 / points[:, 1]
         texel = np.clip(((own_u / reach + 1.0) * texels / 2.0).astype(int), 0, texels - 1)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -30,7 +30,7 @@ from subject import write_subject
 
 import softshadows as ss
 from softshadows.compare.interleaved import Timing, render_interleaved
-from softshadows.compare.measure import Measurement, yardstick
+from softshadows.compare.measure import Measurement, reference_frame
 from softshadows.compare.results import results, write_json
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Technique, make_technique
@@ -150,13 +150,13 @@ def embree_rows(shot: Shot, frame: ss.Frame, measured: Measurement, repeats: int
 
 def measure(shot: Shot, peers: Path, drivers: dict[str, str], samples: int, repeats: int) -> dict[str, Any]:
     """One picture of results.json: our techniques, then the peers."""
-    held = yardstick(shot, samples, lambda doing, share: print(f"{shot.name}: {doing}", flush=True))
+    base = reference_frame(shot, samples, lambda doing, share: print(f"{shot.name}: {doing}", flush=True))
     runs, failed = render_interleaved(shot, techniques(), repeats, lambda doing, share: None)
-    measured = Measurement(shot, held.reference, [held.result_of(run) for run in runs], failed)
-    rows, missing = list(embree_rows(shot, held.frame, measured, repeats)), []
+    measured = Measurement(shot, base.reference, [base.result_of(run) for run in runs], failed)
+    rows, missing = list(embree_rows(shot, base.frame, measured, repeats)), []
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
-        write_subject(shot, held.frame, repeats, folder)
+        write_subject(shot, base.frame, repeats, folder)
         for name, command in commands(peers).items():
             print(f"{shot.name}: {name}", flush=True)
             driver = {"VK_ICD_FILENAMES": drivers[name]} if name in drivers else {}

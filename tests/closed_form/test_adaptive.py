@@ -439,7 +439,7 @@ def test_tiles_without_a_tree_are_exact() -> None:
 
 @both_refinements
 def test_lights_of_all_shapes_share_a_scene(refinement: str) -> None:
-    """Two rectangles take turns in the same buffers, others have their own: each as if it were alone."""
+    """Two rectangles are interleaved in the same buffers, others have their own: each as if it were alone."""
     point = dataclasses.replace(stage.RECT, width=0.0, height=0.0)
     other = dataclasses.replace(stage.RECT, position=(-1.5, 3.0, 1.0), width=2.0)
     lights = [stage.RECT, stage.LIGHTS["line"], point, other]

@@ -69,7 +69,7 @@ def test_o1_is_exactly_linear(resolution: int, limit: float, transition: str) ->
 def tilted_floor(transition: str, resolution: int) -> tuple[npt.NDArray[np.float64], npt.NDArray[np.float64], float]:
     """O8: (visibility, truth, the largest deviation from it of a ramp that is linear in a map). The floor leans.
 
-    In a map, where the light is seen up to (edge − u)/(closeness of edge − of floor), the ratio r of the closed form is
+    In a map, where the light is seen up to (edge − u)/(inverse depth of edge − of floor), the closed form's ratio r is
     that of these denominators. A ramp that were linear on the floor itself would deviate by 0.042 here.
     """
     slope, drop, height = 0.5, 4.0, 6.0
@@ -245,7 +245,7 @@ def test_maps_and_channels_are_kept_while_they_serve() -> None:
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:
         for fov in (45.0, 45.0, 47.0, 45.0, 47.0):
             frames.append(renderer.render(dataclasses.replace(stage.CAMERA, vertical_fov=fov)))
-            state = renderer.passes.technique.turns[0][0].maps.state  # type: ignore[union-attr]
+            state = renderer.passes.technique.by_light[0][0].maps.state  # type: ignore[union-attr]
             drawn.append(int(np.asarray(acquire().device.queue.read_buffer(state)).view("<u4")[0]))
     assert drawn == [0b111, 0, 0b111, 0, 0]
     assert stage.same_bits(frames[0].visibility, frames[1].visibility)

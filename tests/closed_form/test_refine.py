@@ -10,7 +10,7 @@ import pytest
 import softshadows as ss
 import stage
 from softshadows.lights.grid import grid_samples
-from softshadows.lights.jitter import moved, sub_position
+from softshadows.lights.jitter import jitter_shift, moved
 from softshadows.lights.lattice import lattice_of
 from softshadows.techniques import Adaptive, Hard, Technique, Uniform
 
@@ -29,13 +29,13 @@ def test_moved_trapezoid_samples_cover_the_light_evenly() -> None:
 
 
 def test_the_first_place_is_the_lattice_and_others_differ() -> None:
-    assert sub_position(0) == (0.0, 0.0)
-    shifts = np.array([sub_position(number) for number in range(64)])
+    assert jitter_shift(0) == (0.0, 0.0)
+    shifts = np.array([jitter_shift(number) for number in range(64)])
     assert np.abs(shifts).max() <= 0.5
     assert len(np.unique(np.floor(8.0 * (shifts + 0.5)), axis=0)) >= 40  # of 64 squares
     lattice = lattice_of(stage.RECT, 2)
-    assert np.array_equal(lattice.points(stage.RECT), lattice.points(stage.RECT, sub_position(0)))
-    for shift in map(sub_position, (1, 2, 100)):
+    assert np.array_equal(lattice.points(stage.RECT), lattice.points(stage.RECT, jitter_shift(0)))
+    for shift in map(jitter_shift, (1, 2, 100)):
         points = lattice.points(stage.RECT, shift)
         assert (np.abs(points) <= np.array(stage.RECT.half_extent) + 1e-12).all()
         assert np.allclose(points, grid_samples(stage.RECT, 5, "trapezoid", shift)[0])

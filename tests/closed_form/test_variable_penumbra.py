@@ -103,7 +103,7 @@ def mask_of(scene: ss.Scene, technique: VariablePenumbra) -> np.ndarray:
 
 def texels_per_metre(renderer: ss.Renderer) -> float:
     """Of the only view of a map whose light shines straight down."""
-    ((maps, _),) = renderer.passes.technique.turns  # type: ignore[union-attr]
+    ((maps, _),) = renderer.passes.technique.by_light  # type: ignore[union-attr]
     data = bytes(acquire().device.queue.read_buffer(maps.views))  # type: ignore[arg-type]
     views = np.frombuffer(data, layout.dtype(ShadowView))
     return float(views["texels_per_unit"][0].min())

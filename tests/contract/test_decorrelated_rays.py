@@ -11,7 +11,7 @@ import pytest
 import softshadows as ss
 import stage
 from softshadows.lights.grid import grid_samples
-from softshadows.lights.jitter import block_places, placed
+from softshadows.lights.jitter import block_strata, placed
 from softshadows.lights.lattice import lattice_of
 from softshadows.techniques import Rays
 
@@ -29,10 +29,10 @@ def block_points(light: Any) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_a_block_of_pixels_has_every_sixteenth_of_a_cell_once_along_either_side() -> None:
-    shifts = np.sort(block_places(), axis=0)
+    shifts = np.sort(block_strata(), axis=0)
     middles = (np.arange(16) + 0.5) / 16.0 - 0.5
     assert np.array_equal(shifts, np.stack([middles, middles], axis=1))
-    quarters = np.floor(4.0 * (block_places() + 0.5)).reshape(4, 4, 2)
+    quarters = np.floor(4.0 * (block_strata() + 0.5)).reshape(4, 4, 2)
     assert (np.sort(quarters, axis=0) == np.arange(4.0)[:, None, None]).all()
     assert (np.sort(quarters, axis=1) == np.arange(4.0)[None, :, None]).all()
 

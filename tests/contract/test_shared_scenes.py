@@ -99,7 +99,7 @@ def test_a_new_technique_compiles() -> None:
 
 @all_techniques
 def test_two_renderers_of_a_scene_share_it_and_are_both_right(name: str) -> None:
-    """Also where nodes move between their frames, by turns, and where meshes come and go."""
+    """Also where nodes move between their frames, one after the other, and where meshes come and go."""
     scene, technique = scene_of(name), stage.cheap(name)
 
     def check(renderer: ss.Renderer, camera: ss.Camera) -> None:
@@ -188,11 +188,11 @@ def test_what_is_released_is_destroyed(leave: Any, monkeypatch: pytest.MonkeyPat
     before = renderer.render(stage.CAMERA)
     images, passes = renderer.images, renderer.passes
     assert passes is not None
-    atlas = passes.technique.turns[0][0]  # type: ignore[attr-defined]
-    held = [images.color, images.visibility, images.position, images.normal, atlas.depth, atlas.views]
-    held += [passes.gbuffer.scene.positions, passes.gbuffer.scene.pages, passes.readback._staging]
+    atlas = passes.technique.by_light[0][0]  # type: ignore[attr-defined]
+    base = [images.color, images.visibility, images.position, images.normal, atlas.depth, atlas.views]
+    base += [passes.gbuffer.scene.positions, passes.gbuffer.scene.pages, passes.readback._staging]
     leave(renderer)
-    assert all(any(each is item for item in destroyed) for each in held)
+    assert all(any(each is item for item in destroyed) for each in base)
     after = renderer.render(stage.CAMERA)
     assert stage.same_bits(after.visibility, before.visibility)
     assert np.array_equal(after.color, before.color)

@@ -93,7 +93,7 @@ def depths(renderer: ss.Renderer) -> npt.NDArray[np.float32]:
 
 def maps_of(renderer: ss.Renderer) -> shadow_maps.ShadowMaps:
     assert isinstance(renderer.passes.technique, LightPass)
-    ((maps, _),) = renderer.passes.technique.turns
+    ((maps, _),) = renderer.passes.technique.by_light
     return maps
 
 

@@ -30,7 +30,7 @@ def name_of(path: Path) -> str:
 
 
 STAND_INS = {
-    "visibility/hybrid.wgsl": "visibility/rays/known_by_nothing.wgsl",
+    "visibility/hybrid.wgsl": "visibility/rays/unclassified.wgsl",
     "visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl",
     "techniques/penumbra_wedges/wedges.wgsl": "techniques/penumbra_wedges/union.wgsl",
 }

@@ -1,4 +1,4 @@
-"""light_space.wgsl against float64 numpy: cube faces, windows, closeness, the receiver's plane."""
+"""light_space.wgsl against float64 numpy: cube faces, windows, inverse depth, the receiver's plane."""
 
 from __future__ import annotations
 
@@ -38,11 +38,11 @@ KERNEL = """
     let point = face_coordinates(face, ls);
     let base = 5u * id.x;
     result[base] = vec4f(ls, f32(face));
-    result[base + 1u] = vec4f(point, closeness_of(point.z));
-    result[base + 2u] = vec4f(window_position(point), closeness_of_extent(0.25, window.z), 0.0);
+    result[base + 1u] = vec4f(point, inverse_depth_of(point.z));
+    result[base + 2u] = vec4f(window_position(point), inverse_depth_of_extent(0.25, window.z), 0.0);
     result[base + 3u] = vec4f(
-        plane_closeness(plane.xyz, plane.w, window.xy),
-        closeness_per_texel(plane.xyz, plane.w, window.zw),
+        plane_inverse_depth(plane.xyz, plane.w, window.xy),
+        inverse_depth_per_texel(plane.xyz, plane.w, window.zw),
         0.0,
         0.0,
     );
@@ -134,7 +134,7 @@ def test_face_coordinates_are_a_permutation_with_depth_along_the_axis(tmp_path: 
     np.testing.assert_array_equal(np.sort(np.abs(point), axis=1), np.sort(np.abs(along), axis=1))
 
 
-def test_windows_are_tangents_and_closeness_the_reciprocal_depth(tmp_path: Path) -> None:
+def test_windows_are_tangents_and_inverse_depth_the_reciprocal_depth(tmp_path: Path) -> None:
     result = run("rect", tmp_path)
     point = result[:, 1, :3]
     np.testing.assert_allclose(result[:, 2, :2], point[:, :2] / point[:, 2:3], rtol=RELATIVE, atol=1e-7)
@@ -153,19 +153,19 @@ def test_a_directional_light_has_one_face_in_metres(tmp_path: Path) -> None:
 
 
 @lights
-def test_a_planes_closeness_is_that_of_the_ray_that_meets_it(kind: str, tmp_path: Path) -> None:
+def test_a_planes_inverse_depth_is_that_of_the_ray_that_meets_it(kind: str, tmp_path: Path) -> None:
     """By intersection in float64: a ray from the origin through the window's point, or parallel to the axis."""
     result = run(kind, tmp_path)[:, 3, :2]
     data = cases().astype(np.float64)
     normal, offset, position, texel = data[:, 1, :3], data[:, 1, 3], data[:, 2, :2], data[:, 2, 2:]
 
-    def closeness(at: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    def inverse_depth(at: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
         if kind == "directional":
             depth = (offset - np.einsum("ij,ij->i", normal[:, :2], at)) / normal[:, 2]
             return (FAR - depth) / (FAR - NEAR)
         direction = np.column_stack([at, np.ones(COUNT)])
         return np.einsum("ij,ij->i", normal, direction) / offset  # 1 / depth where offset = normal · direction depth
 
-    np.testing.assert_allclose(result[:, 0], closeness(position), rtol=1e-5, atol=1e-6)
-    steps = [np.abs(closeness(position + texel * axis) - closeness(position)) for axis in np.eye(2)]
+    np.testing.assert_allclose(result[:, 0], inverse_depth(position), rtol=1e-5, atol=1e-6)
+    steps = [np.abs(inverse_depth(position + texel * axis) - inverse_depth(position)) for axis in np.eye(2)]
     np.testing.assert_allclose(result[:, 1], sum(steps), rtol=1e-4, atol=1e-7)

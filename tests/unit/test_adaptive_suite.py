@@ -63,14 +63,14 @@ def test_a_small_run(tmp_path: Path) -> None:
     assert [result.label for result in measurement.results] == [label_of(t) for group in view.groups for t in group]
     assert measurement.shot.scene.lights == lights
     first, second, third = (result.figures for result in measurement.results)
-    assert first["time_ratio_redrawn"] == first["time_ratio_kept"] == 1.0
+    assert first["time_ratio_redrawn"] == first["time_ratio_cached"] == 1.0
     assert first["rmse_uniform"] == 0.0
     assert 0.0 < second["rmse_uniform"] < 0.05
     assert second["rmse_truth"] == measurement.results[1].comparisons[0].rmse
     assert second["redrawn"]["wall_ms"] == measurement.results[1].frame_ms
     assert second["lookups"] <= 25.0
-    assert third["kept"] is None
-    assert third["time_ratio_kept"] is None
+    assert third["cached"] is None
+    assert third["time_ratio_cached"] is None
     assert 4.0 <= third["equal_rays"] < first["equal_rays"]
     assert [entry["samples"] for entry in measurement.figures["rays"]] == list(adaptive.RAYS)
 

@@ -12,9 +12,9 @@ from typer.testing import CliRunner
 
 from softshadows.cli.app import app
 from softshadows.compare import comparison
+from softshadows.compare.cache import MeasurementCache, digest
 from softshadows.compare.comparison import Effort, Picture, compare
 from softshadows.compare.console import time_left
-from softshadows.compare.kept import Kept, digest
 from softshadows.compare.measure import Measurement
 from softshadows.compare.schedule import Schedule
 from softshadows.compare.schema import read_results
@@ -32,7 +32,7 @@ def small_shot(name: str = "blocker") -> Shot:
     return replace(open_shot(name), size=(32, 24))
 
 
-def run(kept: Kept, *pictures: Picture) -> tuple[list[Measurement], list[str]]:
+def run(kept: MeasurementCache, *pictures: Picture) -> tuple[list[Measurement], list[str]]:
     """The measurements, and what was said to be done."""
     said: list[str] = []
     return compare(pictures, EFFORT, lambda doing, share: said.append(doing), kept), said
@@ -41,7 +41,7 @@ def run(kept: Kept, *pictures: Picture) -> tuple[list[Measurement], list[str]]:
 def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Interrupted in its second technique, only that one is rendered again, and the figures are those of one run."""
     picture = Picture(small_shot(), [HARD, UNIFORM])
-    whole, _ = run(Kept(tmp_path / "whole"), picture)
+    whole, _ = run(MeasurementCache(tmp_path / "whole"), picture)
 
     rendered = comparison._rendered
 
@@ -52,10 +52,10 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path: Path, monkeypa
 
     monkeypatch.setattr(comparison, "_rendered", interrupted)
     with pytest.raises(KeyboardInterrupt):
-        run(Kept(tmp_path / "kept"), picture)
+        run(MeasurementCache(tmp_path / "cache"), picture)
     monkeypatch.setattr(comparison, "_rendered", rendered)
 
-    resumed, said = run(Kept(tmp_path / "kept"), picture)
+    resumed, said = run(MeasurementCache(tmp_path / "cache"), picture)
     assert any("uniform" in doing for doing in said)
     assert not any("hard" in doing or "tracing" in doing for doing in said)
     for one, other in zip(whole[0].results, resumed[0].results, strict=True):
@@ -64,9 +64,9 @@ def test_an_interrupted_comparison_goes_on_where_it_was(tmp_path: Path, monkeypa
         assert one.flip == other.flip
         assert one.stats["shadow_maps"] == other.stats["shadow_maps"]
 
-    _, said = run(Kept(tmp_path / "kept"), picture)
+    _, said = run(MeasurementCache(tmp_path / "cache"), picture)
     assert [doing for doing in said if "hard" in doing or "uniform" in doing or "tracing" in doing] == []
-    _, said = run(Kept(tmp_path / "kept", fresh=True), picture)
+    _, said = run(MeasurementCache(tmp_path / "cache", fresh=True), picture)
     assert any("hard" in doing for doing in said)
 
 
@@ -90,7 +90,7 @@ def with_moved_vertex(shot: Shot) -> Shot:
 
 @pytest.mark.parametrize("change", CHANGES)
 def test_what_is_kept_of_another_picture_is_not_used(tmp_path: Path, change: str) -> None:
-    kept = Kept(tmp_path)
+    kept = MeasurementCache(tmp_path)
     run(kept, Picture(small_shot(), [HARD]))
     assert kept.frame(small_shot(), HARD, EFFORT.repeats, EFFORT.profile) is not None
     changed = CHANGES[change](small_shot())
@@ -101,11 +101,11 @@ def test_what_is_kept_of_another_picture_is_not_used(tmp_path: Path, change: str
 
 
 def test_damaged_files_are_measured_again_and_strangers_forgotten(tmp_path: Path) -> None:
-    run(Kept(tmp_path), Picture(small_shot(), [HARD]))
+    run(MeasurementCache(tmp_path), Picture(small_shot(), [HARD]))
     for path in tmp_path.glob("*.npz"):
         path.write_bytes(path.read_bytes()[:100])
     (tmp_path / "uniform-of-yesterday.npz").write_bytes(b"")
-    kept = Kept(tmp_path)
+    kept = MeasurementCache(tmp_path)
     _, said = run(kept, Picture(small_shot(), [HARD]))
     assert any("hard" in doing for doing in said)
     kept.forget_others()
@@ -123,15 +123,17 @@ def test_digests_tell_content_apart() -> None:
 def test_a_required_technique_that_cannot_do_a_light_is_refused_before_anything_is_measured(tmp_path: Path) -> None:
     shot = with_light(small_shot(), LINE)
     with pytest.raises(OptionError, match="penumbra_wedges"):
-        run(Kept(tmp_path / "kept"), Picture(shot, [HARD, make_technique("penumbra_wedges")], required=True))
-    assert not (tmp_path / "kept").exists()
+        run(
+            MeasurementCache(tmp_path / "cache"), Picture(shot, [HARD, make_technique("penumbra_wedges")], required=True)
+        )
+    assert not (tmp_path / "cache").exists()
 
 
 def test_lights_are_measured_one_by_one_and_techniques_that_cannot_do_all_are_named(tmp_path: Path) -> None:
     shot = small_shot()
     (light,) = shot.scene.lights
     shot.scene.lights = [light, LINE]
-    (measured,), _ = run(Kept(tmp_path), Picture(shot, [UNIFORM, make_technique("penumbra_wedges")]))
+    (measured,), _ = run(MeasurementCache(tmp_path), Picture(shot, [UNIFORM, make_technique("penumbra_wedges")]))
     (uniform,) = measured.results
     assert len(uniform.comparisons) == 2
     assert uniform.comparisons[0] != uniform.comparisons[1]
@@ -143,7 +145,7 @@ def test_lights_are_measured_one_by_one_and_techniques_that_cannot_do_all_are_na
 def test_a_light_without_a_place_is_measured(tmp_path: Path) -> None:
     """Its frames are redrawn as others' are, by a light that turns instead of moving."""
     sun = DirectionalLight(direction=(0.3, -1.0, 0.2), irradiance=(3.0, 3.0, 3.0))
-    (measured,), _ = run(Kept(tmp_path), Picture(open_shot("blocker", lights=[sun], size=(32, 24)), [HARD]))
+    (measured,), _ = run(MeasurementCache(tmp_path), Picture(open_shot("blocker", lights=[sun], size=(32, 24)), [HARD]))
     assert [result.label for result in measured.results] == ["hard"]
 
 
@@ -157,11 +159,11 @@ def test_techniques_that_refuse_a_picture_are_named(tmp_path: Path, monkeypatch:
         return rendered(shot, technique, *rest)
 
     monkeypatch.setattr(comparison, "_rendered", refusing)
-    (measured,), _ = run(Kept(tmp_path), Picture(small_shot(), [UNIFORM, HARD]))
+    (measured,), _ = run(MeasurementCache(tmp_path), Picture(small_shot(), [UNIFORM, HARD]))
     assert [result.label for result in measured.results] == ["hard"]
     assert measured.skipped == ["uniform:grid=3: too little memory"]
     with pytest.raises(DeviceError, match="too little memory"):
-        run(Kept(tmp_path), Picture(small_shot(), [UNIFORM]))
+        run(MeasurementCache(tmp_path), Picture(small_shot(), [UNIFORM]))
 
 
 def test_the_schedule_tells_shares_of_time(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -210,9 +212,9 @@ def test_the_command_measures_views_and_option_sets(tmp_path: Path, monkeypatch:
     ]
     for picture in data["pictures"]:
         assert [one["label"] for one in picture["techniques"]] == ["hard", "uniform:grid=2", "uniform:grid=3"]
-        assert set(picture["techniques"][0]["times"]) == {"frame", "kept"}
+        assert set(picture["techniques"][0]["times"]) == {"frame", "cached"}
     assert data["pictures"][0]["camera"] != data["pictures"][1]["camera"]
-    assert len(list(Path("out/kept").glob("*.npz"))) == 2 * 4, "equal pictures are measured once"
+    assert len(list(Path("out/cache").glob("*.npz"))) == 2 * 4, "equal pictures are measured once"
     assert CliRunner().invoke(app, arguments).exit_code == 0
     again = read_results(Path("out/results.json"))
     assert json.dumps(again["pictures"]) == json.dumps(data["pictures"])

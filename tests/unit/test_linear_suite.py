@@ -49,9 +49,9 @@ def test_a_small_run(tmp_path: Path) -> None:
     assert hard["time_over_hard"] == hard_fixed["time_over_hard"] == 1.0
     assert hard["rmse_truth"] > five["rmse_truth"] > many["rmse_truth"]
     assert (hard["equal_uniform"], five["equal_uniform"], many["equal_uniform"]) == (2.0, pytest.approx(5.0), 17.0)
-    assert hard["outreach_share"] is hard["kept_over_hard"] is None
-    assert hard_fixed["kept_over_hard"] == 1.0
-    assert edges["kept_over_hard"] > 0.0
+    assert hard["outreach_share"] is hard["cached_over_hard"] is None
+    assert hard_fixed["cached_over_hard"] == 1.0
+    assert edges["cached_over_hard"] > 0.0
     assert 0.0 < edges["outreach_share"] < 1.0
     assert edges["rmse_truth"] < hard_fixed["rmse_truth"]
     assert [entry["samples"] for entry in measurement.figures["rays"]] == list(linear.RAYS)

@@ -31,7 +31,7 @@ def test_the_papers_formula_is_the_lit_part_of_the_light() -> None:
     np.testing.assert_allclose(model.angles_share(left, right, fragment, edge), share, atol=1e-10)
 
 
-def test_directions_and_closenesses_say_the_same_as_the_angles() -> None:
+def test_directions_and_inverse_depthes_say_the_same_as_the_angles() -> None:
     left, right, fragment, edge, share = triangles()
     u, w = fragment[:, 0] / fragment[:, 1], 1.0 / fragment[:, 1]
     edge_u, edge_w = edge[:, 0] / edge[:, 1], 1.0 / edge[:, 1]
@@ -82,7 +82,7 @@ def test_the_order_breaks_where_the_penumbra_begins_and_is_back_where_it_ends() 
     """The walk to the right of a card's right edge, in the right sample's map."""
     world, reach, texels = Flatland((Card(-FAR, 0.3, H - h),), a, H), 0.6, 2048
     u = reach * ((2.0 * np.arange(texels) + 1.0) / texels - 1.0)
-    w = world.closeness(a, u)
+    w = world.inverse_depth(a, u)
     _, _, found = model.occluding_edges(u, w, -2.0 * a)
     x = a + u / w
     x_in, x_out = (0.3 * H - a * h) / (H - h), (0.3 * H + a * h) / (H - h)
@@ -97,7 +97,7 @@ def test_an_unshadowed_floor_has_no_edges() -> None:
     world = Flatland((), a, H, 0.2)
     u = np.linspace(-1.0, 1.0, 512)
     for sample, length in ((-a, 2.0 * a), (a, -2.0 * a)):
-        assert not model.occluding_edges(u, world.closeness(sample, u), length)[2].any()
+        assert not model.occluding_edges(u, world.inverse_depth(sample, u), length)[2].any()
 
 
 CIRCLES = [(1.0, 1.0, 4.0, 0.063, 0.020), (2.0, 1.0, 6.0, 0.111, 0.033), (3.0, 1.0, 7.0, 0.0575, 0.0155)]

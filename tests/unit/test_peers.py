@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import softshadows as ss
-from softshadows.compare.measure import Measurement, yardstick
+from softshadows.compare.measure import Measurement, reference_frame
 from softshadows.compare.schema import TECHNIQUE, check
 from softshadows.scene.shot import open_shot
 
@@ -54,14 +54,14 @@ def test_a_peer_gets_the_whole_scene(run: ModuleType, tmp_path: Path) -> None:
 
 def test_the_setting_with_the_least_error_is_shown(run: ModuleType, tmp_path: Path) -> None:
     shot = replace(open_shot("blocker"), size=SIZE)
-    held = yardstick(shot, 64, lambda doing, share: None)
-    truth = held.reference.visibility[0]
+    base = reference_frame(shot, 64, lambda doing, share: None)
+    truth = base.reference.visibility[0]
     rows = []
     for index, wrong in enumerate((0.3, 0.1, 0.2)):
         (truth * np.float32(1.0 - wrong)).tofile(tmp_path / f"{index}.f32")
         row = {"label": "p", "name": "p", "version": "1", "about": "a peer", "milliseconds": [3.0, 1.0, 2.0]}
         rows.append({**row, "options": {"bias": index}, "visibility": f"{index}.f32"})
-    row = run.peer_row(rows, Measurement(shot, held.reference, []), tmp_path)
+    row = run.peer_row(rows, Measurement(shot, base.reference, []), tmp_path)
     check(row, TECHNIQUE)
     assert row["options"] == {"version": "1", "bias": 1}
     assert row["times"]["frame"] == {"median_ms": 2.0, "fastest_ms": 1.0, "slowest_ms": 3.0, "frames": 3}

@@ -53,7 +53,7 @@ def test_a_small_run() -> None:
     )
     assert uniform["lookups"] == hybrid["lookups"] == 81.0
     assert hybrid["rmse_over_rays"] == pytest.approx(hybrid["rmse_truth"] / uniform["rmse_truth"])
-    assert hybrid["time_over_rays"] == pytest.approx(hybrid["kept"]["wall_ms"] / uniform["kept"]["wall_ms"])
+    assert hybrid["time_over_rays"] == pytest.approx(hybrid["cached"]["wall_ms"] / uniform["cached"]["wall_ms"])
     receivers = int(measurement.reference.mask.sum())
     for each in by_label.values():
         cast_ms = 1e3 * each["equal_rays"] * receivers / figures["embree_per_second"]

@@ -30,8 +30,8 @@ INTRODUCTION = """# Benchmarks
 
 Made by `softshadows bench report` from the files in `benchmarks/results`; the figures are theirs.
 
-- **ms**: the median wall time of a frame with its read-back, among frames in turns with the other techniques of the
-  table; behind it the fastest and the slowest. Before each the lights move by a micrometre, so that all is drawn anew.
+- **ms**: the median wall time of a frame with its read-back, among frames interleaved with the other techniques of the
+  table; behind it the fastest and the slowest. Before each the lights move by a micrometre, so that all is redrawn.
 - **rmse**: the distance of visibility (1 lit, 0 umbra) from ray-traced truth, over pixels that face the light.
 - **leaks**: the share of true umbra with visibility above 0.1; **false shadow**: the share of truly lit pixels with
   less than 0.9. With several lights, all of these are means over them.

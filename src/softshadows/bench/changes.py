@@ -2,7 +2,7 @@
 
 Pictures are matched by name and size, techniques by label. What noise is:
 
-times     wall times of frames in turns have a spread, from the fastest to the slowest. A technique got slower where
+times     wall times of frames interleaved have a spread, from the fastest to the slowest. A technique got slower where
           each median lies outside the other's spread and the medians are more than SLIGHT_TIME apart: even of two runs
           of the same code on an idle machine, spreads sometimes do not touch. Times are compared only on the same
           adapter, driver and processor, and where both have MIN_FRAMES frames.

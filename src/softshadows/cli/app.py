@@ -20,7 +20,7 @@ BAD_INPUT = 2
 
 
 class OneSentence(TyperGroup):
-    """Turns our exceptions into a sentence on stderr and exit code 2."""
+    """Selection our exceptions into a sentence on stderr and exit code 2."""
 
     def invoke(self, ctx: Any) -> Any:
         try:

@@ -59,7 +59,7 @@ def run(
     ] = 256,
     repeats: Annotated[int, typer.Option("--repeats", min=1, max=1000, help="Timed frames of each technique.")] = 5,
 ) -> None:
-    """Run a suite: every figure beside the truth, medians over frames rendered in turns.
+    """Run a suite: every figure beside the truth, medians over frames rendered interleaved.
 
     `softshadows bench baselines --json baselines.json`
 

@@ -85,15 +85,15 @@ def compare(
     with console.status("reading the scene"):
         shots = _views(scenes, light, camera, size, ground, on_missing)
     with console.status("preparing the device"):
+        from softshadows.compare.cache import MeasurementCache
         from softshadows.compare.choice import techniques_from
-        from softshadows.compare.comparison import KEPT_FOLDER, Effort, Picture, write_report
+        from softshadows.compare.comparison import CACHE_FOLDER, Effort, Picture, write_report
         from softshadows.compare.comparison import compare as measure_all
         from softshadows.compare.console import progress, results_table
-        from softshadows.compare.kept import Kept
 
         required = technique is not None and len(shots) == 1
         pictures = [Picture(shot, techniques_from(shot, technique, options or []), required) for shot in shots]
-        kept = Kept(output / KEPT_FOLDER, fresh=fresh)
+        kept = MeasurementCache(output / CACHE_FOLDER, fresh=fresh)
     try:
         with progress(console) as notice:
             measurements = measure_all(pictures, Effort(samples, repeats, profile.value), notice, kept)

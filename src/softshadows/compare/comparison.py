@@ -1,11 +1,11 @@
 """A comparison: pictures × techniques, measured one after the other, kept as it goes, and written as a report.
 
 A report is a folder: `index.html` with everything in it, `results.json` (results.py), the pictures as files, and
-`kept/`, from which an interrupted comparison goes on (kept.py).
+`cache/`, from which an interrupted comparison goes on (cache.py).
 
 Techniques are measured one at a time, each in a renderer of its own, so that one scene at a time is on the GPU and a
 finished measurement stands whatever happens afterwards. Benchmarks, which must tell small differences of time apart,
-take turns instead (turns.py).
+are interleaved instead (interleaved.py).
 """
 
 from __future__ import annotations
@@ -16,9 +16,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from softshadows.compare.cache import CachedFrame, MeasurementCache
 from softshadows.compare.interleaved import LIGHT_STEP, Timing, label_of
-from softshadows.compare.kept import Kept, KeptFrame
-from softshadows.compare.measure import Measurement, Notice, Truth, Yardstick, able_techniques, trace, yardstick
+from softshadows.compare.measure import (
+    Measurement,
+    Notice,
+    ReferenceFrame,
+    Truth,
+    able_techniques,
+    reference_frame,
+    trace,
+)
 from softshadows.compare.page import page
 from softshadows.compare.plates import plates
 from softshadows.compare.results import results, write_bytes, write_json
@@ -29,11 +37,11 @@ from softshadows.renderer import Renderer
 from softshadows.scene.shot import Shot
 from softshadows.techniques import Technique
 
-KEPT_FOLDER = "kept"
+CACHE_FOLDER = "cache"
 """Where in a report's folder its measurements are kept."""
 
-AT_REST = "kept"
-"""The name of the times of frames in which nothing moves, beside "frame": everything is drawn anew."""
+CACHED = "cached"
+"""The name of the times of frames in which nothing moves, beside "frame": everything is redrawn."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +62,7 @@ class Effort:
     profile: str = "full"
 
 
-def compare(pictures: Sequence[Picture], effort: Effort, notice: Notice, kept: Kept) -> list[Measurement]:
+def compare(pictures: Sequence[Picture], effort: Effort, notice: Notice, kept: MeasurementCache) -> list[Measurement]:
     """Measure every technique on every picture, reusing what `kept` holds and adding to it.
 
     A technique that cannot do a picture is named in its `skipped`. Raises OptionError where a picture cannot be
@@ -102,10 +110,15 @@ def file_stem(text: str) -> str:
 
 
 def _measure(
-    shot: Shot, techniques: Sequence[Technique], skipped: list[str], effort: Effort, schedule: Schedule, kept: Kept
+    shot: Shot,
+    techniques: Sequence[Technique],
+    skipped: list[str],
+    effort: Effort,
+    schedule: Schedule,
+    kept: MeasurementCache,
 ) -> Measurement:
     """One picture by every technique."""
-    held = _held(shot, effort, schedule, kept)
+    base = _held(shot, effort, schedule, kept)
     made = []
     for technique in techniques:
         label = label_of(technique)
@@ -118,14 +131,14 @@ def _measure(
                 skipped.append(f"{label}: {refused}")
                 continue
             kept.keep_frame(shot, technique, effort.repeats, effort.profile, frame)
-        result = held.result(technique, frame, frame.times["frame"])
+        result = base.result(technique, frame, frame.times["frame"])
         result.times = dict(frame.times)
         made.append(result)
-    return Measurement(shot, held.reference, made, skipped)
+    return Measurement(shot, base.reference, made, skipped)
 
 
-def _held(shot: Shot, effort: Effort, schedule: Schedule, kept: Kept) -> Yardstick:
-    """What the picture's frames are held against, its truth traced only where it is not kept."""
+def _held(shot: Shot, effort: Effort, schedule: Schedule, kept: MeasurementCache) -> ReferenceFrame:
+    """What the picture's frames are compared with, its truth traced only where it is not kept."""
 
     def tracer(shot: Shot, frame: Frame, samples: int) -> Truth:
         found = kept.truth(shot, samples)
@@ -136,14 +149,14 @@ def _held(shot: Shot, effort: Effort, schedule: Schedule, kept: Kept) -> Yardsti
         return found
 
     schedule.tell(f"{shot.name}: rendering without shadows")
-    return yardstick(shot, effort.samples, lambda doing, share: None, tracer)
+    return reference_frame(shot, effort.samples, lambda doing, share: None, tracer)
 
 
-def _rendered(shot: Shot, technique: Technique, effort: Effort, notice: Notice) -> KeptFrame:
-    """A technique's visibility; what it costs where all is drawn anew, for the lights move; and its time at rest."""
+def _rendered(shot: Shot, technique: Technique, effort: Effort, notice: Notice) -> CachedFrame:
+    """A technique's visibility; what it costs where all is redrawn, for the lights move; and its time at rest."""
     lights = list(shot.scene.lights)
     steps = 2 * effort.repeats + 2
-    taken: dict[str, list[float]] = {"frame": [], AT_REST: []}
+    taken: dict[str, list[float]] = {"frame": [], CACHED: []}
     with Renderer(shot.scene, technique=technique, size=shot.size, profile=effort.profile) as renderer:
 
         def render(index: int, name: str | None) -> Frame:
@@ -163,6 +176,6 @@ def _rendered(shot: Shot, technique: Technique, effort: Effort, notice: Notice) 
             shot.scene.lights = lights
         frame = render(effort.repeats + 1, None)  # the lights are back
         for turn in range(effort.repeats):
-            frame = render(effort.repeats + 2 + turn, AT_REST)
+            frame = render(effort.repeats + 2 + turn, CACHED)
     times = {name: Timing.of(each) for name, each in taken.items()}
-    return KeptFrame(frame.visibility, redrawn.stats, times)
+    return CachedFrame(frame.visibility, redrawn.stats, times)

@@ -25,7 +25,7 @@ CAMERA_STEP = 1e-3
 """Metres that the camera moves from frame to frame where maps are cached."""
 SETTLING = 2
 """Frames with a moving camera before maps are cached: the first one redraws them."""
-REDRAWN, SETTLED, KEPT = "redrawn", "settled", "kept"
+REDRAWN, SETTLED, CACHED = "redrawn", "settled", "cached"
 """What a timed frame did: redraw all; find its maps' place; use maps that are cached."""
 
 
@@ -144,7 +144,7 @@ def render_interleaved(
             for technique, run in runs.items():
                 if keeps(technique):
                     begin(technique, f"cached, frame {turn + 1} of {SETTLING + repeats}")
-                    run.render(KEPT if turn >= SETTLING else SETTLED, camera)
+                    run.render(CACHED if turn >= SETTLING else SETTLED, camera)
     return list(runs.values()), failed
 
 

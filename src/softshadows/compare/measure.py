@@ -134,8 +134,8 @@ class Measurement:
 
 
 @dataclass(frozen=True, eq=False)
-class Yardstick:
-    """What the frames of one shot are held against: its truth, and its light without shadows.
+class ReferenceFrame:
+    """What the frames of one shot are compared with: its truth, and its light without shadows.
 
     emitted (height, width, 3) and unshadowed (lights, height, width, 3) float32 linear radiance; `frame` is unshadowed.
     """
@@ -180,7 +180,7 @@ def trace(shot: Shot, frame: Frame, samples: int) -> Truth:
     return Truth(visibility, float(error[mask].mean()) if mask.any() else 0.0, time.perf_counter() - started)
 
 
-def yardstick(shot: Shot, samples: int, notice: Notice, tracer: Tracer = trace) -> Yardstick:
+def reference_frame(shot: Shot, samples: int, notice: Notice, tracer: Tracer = trace) -> ReferenceFrame:
     """Render the shot without shadows, and find its truth with `samples` rays per pixel and light."""
     notice("rendering without shadows", 0.0)
     emitted, unshadowed, frame = _unshadowed(shot)
@@ -197,7 +197,7 @@ def yardstick(shot: Shot, samples: int, notice: Notice, tracer: Tracer = trace) 
         standard_error=traced.standard_error,
         seconds=traced.seconds,
     )
-    return Yardstick(reference, emitted, unshadowed, frame)
+    return ReferenceFrame(reference, emitted, unshadowed, frame)
 
 
 def measure(
@@ -217,15 +217,15 @@ def measure(
     renderer.Renderer, cannot; with `skip` they are left out.
     """
     able, skipped = able_techniques(shot, techniques, skip=skip)
-    held = yardstick(shot, samples, notice)
+    base = reference_frame(shot, samples, notice)
     runs, failed = render_interleaved(
         shot, able, repeats, lambda doing, share: notice(doing, 0.25 + 0.7 * share), skip=skip, profile=profile
     )
 
     notice("comparing", 0.95)
-    results = [held.result_of(run) for run in runs]
+    results = [base.result_of(run) for run in runs]
     notice("done", 1.0)
-    return Measurement(shot, held.reference, results, skipped + failed)
+    return Measurement(shot, base.reference, results, skipped + failed)
 
 
 def able_techniques(shot: Shot, techniques: Sequence[Technique], *, skip: bool) -> tuple[list[Technique], list[str]]:

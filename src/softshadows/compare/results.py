@@ -7,7 +7,7 @@ suite         the suite's name, or None
 pictures      one per shot: scene, size, triangles, camera, lights, truth (samples, standard_error, seconds),
               techniques (label, name, options, shadow_maps, lookups_per_pixel, frame_ms, times, gpu_ms by pass,
               cpu_ms, gpu_bytes, flip, warnings, figures, lights: one Comparison each), skipped, figures
-times         wall times of frames taken in turns, by what was asked of them ("frame": the one in frame_ms), each with
+times         wall times of interleaved frames, by what was asked of them ("frame": the one in frame_ms), each with
               median_ms, fastest_ms, slowest_ms and the number of frames
 figures       what the suite measures beyond that, of a technique or of the picture; its module says what
 """

@@ -23,7 +23,7 @@ from softshadows.gpu.budget import HARDWARE, SOFTWARE, Budget
 from softshadows.gpu.layout import Struct, pack
 
 OPTIONAL_FEATURES = {
-    "clip-distances": "without it shadow maps are kept apart by a fragment shader, which draws the same more slowly",
+    "clip-distances": "without it shadow maps are cached apart by a fragment shader, which draws the same more slowly",
     "timestamp-query": "without it frame.stats.gpu_ms is empty",
 }
 """Features asked for where the adapter has them, with what happens without."""

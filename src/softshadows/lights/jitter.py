@@ -29,7 +29,7 @@ _BLOCK = 16
 """Pixels of a block."""
 
 
-def sub_position(number: int) -> tuple[float, float]:
+def jitter_shift(number: int) -> tuple[float, float]:
     """The `number`-th of a sequence of shifts in [−½, ½)², in steps of the lattice; (0, 0) for number 0."""
     return (
         math.remainder(number / _PLASTIC, 1.0),
@@ -37,7 +37,7 @@ def sub_position(number: int) -> tuple[float, float]:
     )
 
 
-def block_places() -> npt.NDArray[np.float64]:
+def block_strata() -> npt.NDArray[np.float64]:
     """(16, 2): by pixel of a 4×4 block, row by row, the shift of its samples in steps of the lattice, within (−½, ½).
 
     Sixteen different shifts along either side of the light, so that an edge along the other crosses them one by one
@@ -47,7 +47,7 @@ def block_places() -> npt.NDArray[np.float64]:
     return (np.stack([4 * across + up, 4 * up + across], axis=1) + 0.5) / _BLOCK - 0.5
 
 
-def places_of(offsets: str) -> int:
+def strata_of(offsets: str) -> int:
     """How many places each sample has."""
     return _BLOCK if offsets == "stratified" else 1
 
@@ -56,8 +56,8 @@ def placed(
     points_at: Callable[[tuple[float, float]], npt.NDArray[np.float64]], jitter: int, offsets: str
 ) -> npt.NDArray[np.float64]:
     """(places × n, 2): the light's n points, one place after another, where `points_at` gives them for a shift."""
-    shift = np.array(sub_position(jitter))
-    places = block_places() if offsets == "stratified" else np.zeros((1, 2))
+    shift = np.array(jitter_shift(jitter))
+    places = block_strata() if offsets == "stratified" else np.zeros((1, 2))
     return np.concatenate([points_at((x, y)) for x, y in places + shift])
 
 

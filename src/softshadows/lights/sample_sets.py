@@ -12,7 +12,7 @@ import wgpu
 from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.program import Resource, Slice
-from softshadows.gpu.turns import Turns
+from softshadows.gpu.selection import Selection
 from softshadows.lights import record
 from softshadows.scene.lights import Light
 
@@ -62,13 +62,13 @@ class SampleSet:
         self.light = gpu.storage_buffer(dtype(record.Light).itemsize, "a light")
         size = dtype(record.LightSamples).itemsize + 16 * places * count
         self.points = gpu.storage_buffer(size, "a light's samples")
-        self._turns = Turns(gpu, [(self.light, 0), (self.points, 0)])
+        self._selection = Selection(gpu, [(self.light, 0), (self.points, 0)])
         self._chunks = gpu.buffer(UNIFORM_ALIGNMENT * self.chunks, wgpu.BufferUsage.UNIFORM, "the chunks of samples")
         gpu.write(self._chunks, 0, self._chunk_records(), what="constant")
 
     @property
     def bytes(self) -> int:
-        return self.light.size + self.points.size + self._turns.bytes + self._chunks.size
+        return self.light.size + self.points.size + self._selection.bytes + self._chunks.size
 
     @property
     def resources(self) -> dict[str, Resource]:
@@ -93,8 +93,8 @@ class SampleSet:
             pack(record.light_record(each.light, each.layer)) + pack(record.samples_record(each.points, each.weights))
             for each in lights
         ]
-        self._turns.write(contents, "samples")
+        self._selection.write(contents, "samples")
 
     def encode(self, encoder: wgpu.GPUCommandEncoder, index: int) -> None:
-        """Let light `index` take its turn."""
-        self._turns.encode(encoder, index)
+        """Select light `index`."""
+        self._selection.encode(encoder, index)

@@ -4,7 +4,7 @@
     source         visibility/sources.py        shadow maps, rays, or both
     combination    here, made by techniques     a shader that turns answers into visibility
 
-Lights take turns, and so do the chunks of a light's samples: what one submit may draw, trace and look up.
+Lights are interleaved, and so are the chunks of a light's samples: what one submit may draw, trace and look up.
 """
 
 from __future__ import annotations
@@ -185,7 +185,7 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         self._context, self._sampling = context, sampling
         self._source, self.combination = source, combination
         self._providers: Workers[int, ProviderT] = Workers(source.make, context.memory_budget)  # by samples per light
-        self.turns: list[tuple[ProviderT, int]] = []  # per light: its provider, and its index there
+        self.by_light: list[tuple[ProviderT, int]] = []  # per light: its provider, and its index there
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
 
     def write(self, lights: Mapping[int, Light]) -> None:
@@ -194,12 +194,12 @@ class LightPass(TechniquePass, Generic[ProviderT]):
             return
         self._written = written
         sampled = {layer: self._sampled(light, layer) for layer, light in lights.items()}
-        turns = self._providers.assign({layer: len(each.weights) for layer, each in sampled.items()})
-        for provider, layers in lights_of(turns).items():
+        by_light = self._providers.assign({layer: len(each.weights) for layer, each in sampled.items()})
+        for provider, layers in lights_of(by_light).items():
             provider.write([sampled[layer] for layer in layers], keeps_looser_fits=self.keeps_looser_fits)
         self.combination.write([*lights])
-        self.turns = [*turns.values()]
-        counts = [provider.samples.count for provider, _ in self.turns]
+        self.by_light = [*by_light.values()]
+        counts = [provider.samples.count for provider, _ in self.by_light]
         self.shadow_maps = sum(counts) if self._source.draws_maps else 0
         self.lookups_per_pixel = float(sum(self.combination.lookups(count) for count in counts))
 
@@ -209,10 +209,10 @@ class LightPass(TechniquePass, Generic[ProviderT]):
 
     def encode(self, commands: Commands) -> None:
         self.combination.encode_frame(commands)
-        for provider in dict.fromkeys(provider for provider, _ in self.turns):
+        for provider in dict.fromkeys(provider for provider, _ in self.by_light):
             provider.encode_frame(commands)
-        for provider, index in self.turns:
-            provider.encode_turn(commands, index)
+        for provider, index in self.by_light:
+            provider.encode_selection(commands, index)
             for chunk in range(provider.samples.chunks):
                 provider.encode_chunk(commands, chunk)
                 self.combination.encode(commands, provider, chunk)
@@ -225,7 +225,7 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         return self.combination.results
 
     def read(self, results: Mapping[str, np.ndarray]) -> None:
-        found = self.combination.read(results, len(self.turns))
+        found = self.combination.read(results, len(self.by_light))
         self.warnings = found.warnings
         if found.lookups_per_pixel is not None:
             self.lookups_per_pixel = found.lookups_per_pixel

@@ -1,4 +1,4 @@
-"""Who finds the visibility of which light: lights of one kind take turns, or each has a worker where memory allows it.
+"""Who finds the visibility of which light: each has a worker where memory allows it, others share one, one by one.
 
 A worker that has one light alone can cache its shadow maps from frame to frame.
 """
@@ -40,12 +40,12 @@ class Workers(Generic[KeyT, WorkerT]):
         numbers = Counter(kinds.values())
         workers = {kind: self._workers(kind, number) for kind, number in numbers.items()}
         counted: Counter[KeyT] = Counter()
-        turns = {}
+        by_light = {}
         for light, kind in kinds.items():
             own, number = workers[kind], counted[kind]
-            turns[light] = own[number % len(own)], number // len(own)
+            by_light[light] = own[number % len(own)], number // len(own)
             counted[kind] += 1
-        return turns
+        return by_light
 
     def _workers(self, kind: KeyT, lights: int) -> list[WorkerT]:
         workers = self._by_kind.setdefault(kind, [])
@@ -61,9 +61,9 @@ class Workers(Generic[KeyT, WorkerT]):
         return sum(worker.bytes for workers in self._by_kind.values() for worker in workers)
 
 
-def lights_of(turns: Mapping[int, tuple[WorkerT, int]]) -> dict[WorkerT, list[int]]:
-    """By worker at work: its lights, in the order of their turns."""
+def lights_of(by_light: Mapping[int, tuple[WorkerT, int]]) -> dict[WorkerT, list[int]]:
+    """By worker at work: its lights, in the order of their indices there."""
     lights: dict[WorkerT, list[int]] = {}
-    for light, (worker, _) in turns.items():
+    for light, (worker, _) in by_light.items():
         lights.setdefault(worker, []).append(light)
     return lights

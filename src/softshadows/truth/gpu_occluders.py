@@ -18,7 +18,7 @@ from softshadows.visibility.rays.tree import Bvh
 
 
 class GpuOccluders(Tracer):
-    """Triangles that block light, asked on the GPU. Several threads may ask; they take turns. `seconds`: how long the
+    """Triangles that block light, asked on the GPU. Several threads may ask, one at a time. `seconds`: how long the
     GPU took for all answers so far.
 
     Raises DeviceError without an adapter, for scenes too large for it, and where the device ends a ray too early.
@@ -30,14 +30,14 @@ class GpuOccluders(Tracer):
         self._caster, self._turn = Caster(buffers, Bvh(buffers)), threading.Lock()
         self.seconds = 0.0
 
-    def blocked_from(self, start: Array, rays: Floats, until: Floats) -> Bools:
-        count, width = until.shape
+    def blocked_from(self, start: Array, rays: Floats, t_max: Floats) -> Bools:
+        count, width = t_max.shape
         packets = -(-width // PACKET)
         spare = packets * PACKET - width
         rays = np.pad(rays, ((0, 0), (0, spare), (0, 0))).reshape(-1, PACKET, 3)
-        until = np.pad(until, ((0, 0), (0, spare)), constant_values=NOT_ASKED).reshape(-1, PACKET)
+        t_max = np.pad(t_max, ((0, 0), (0, spare)), constant_values=NOT_ASKED).reshape(-1, PACKET)
         origins = np.repeat(start.astype(np.float32), packets, axis=0)
         with self._turn:
-            blocked = self._caster.blocked(origins, rays, until)
+            blocked = self._caster.blocked(origins, rays, t_max)
             self.seconds += self._caster.seconds
         return blocked.reshape(count, -1)[:, :width]

@@ -41,10 +41,10 @@ class Occluders(Tracer):
         start, end = np.broadcast_arrays(start, end)
         return self.blocked_along(start, end - start.astype(np.float64))
 
-    def blocked_along(self, start: npt.NDArray[Any], ray: npt.NDArray[Any], until: npt.ArrayLike = 1.0) -> Bools:
+    def blocked_along(self, start: npt.NDArray[Any], ray: npt.NDArray[Any], t_max: npt.ArrayLike = 1.0) -> Bools:
         """Whether a triangle lies between `start` and start + until · ray: (...) bool; errors as `blocked`.
 
-        `start` and `ray` are (..., 3) of one shape, world space, metres, unlike `until` (...), a share of the ray.
+        `start` and `ray` are (..., 3) of one shape, world space, metres, unlike `t_max` (...), a share of the ray.
         """
         start, ray = _points(start, "start"), _points(ray, "ray")
         if start.shape != ray.shape:
@@ -52,16 +52,16 @@ class Occluders(Tracer):
         shape = ray.shape[:-1]
         origin = np.ascontiguousarray(start - self.center, np.float32).reshape(-1, 3)
         direction = np.ascontiguousarray(ray, np.float32).reshape(-1, 3)
-        share = np.array(np.broadcast_to(until, shape), np.float32).reshape(-1)  # Embree wants to be able to write
+        share = np.array(np.broadcast_to(t_max, shape), np.float32).reshape(-1)  # Embree wants to be able to write
         return self._blocked(origin, direction, share).reshape(shape)
 
-    def blocked_from(self, start: Array, rays: Floats, until: Floats) -> Bools:
+    def blocked_from(self, start: Array, rays: Floats, t_max: Floats) -> Bools:
         starts = np.broadcast_to(start[:, None, :], rays.shape)
-        asked = until != NOT_ASKED
+        asked = t_max != NOT_ASKED
         if asked.all():
-            return self.blocked_along(starts, rays, until)
-        blocked = np.ones(until.shape, bool)
-        blocked[asked] = self.blocked_along(starts[asked], rays[asked], until[asked])
+            return self.blocked_along(starts, rays, t_max)
+        blocked = np.ones(t_max.shape, bool)
+        blocked[asked] = self.blocked_along(starts[asked], rays[asked], t_max[asked])
         return blocked
 
     def _blocked(self, origin: Floats, direction: Floats, share: Floats) -> Bools:

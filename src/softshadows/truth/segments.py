@@ -70,18 +70,18 @@ class Receivers:
 
 @dataclass(frozen=True, eq=False)
 class Segments:
-    """From start (n, 3) float64 along the share `until` (n, k) of rays (n, k, 3), float32: k from each receiver.
+    """From start (n, 3) float64 along the share `t_max` (n, k) of rays (n, k, 3), float32: k from each receiver.
 
-    `until` is NOT_ASKED where the light point lies below the receiver's horizon, or the receiver behind the light.
+    `t_max` is NOT_ASKED where the light point lies below the receiver's horizon, or the receiver behind the light.
     """
 
     start: Array
     rays: Floats
-    until: Floats
+    t_max: Floats
 
     def visible(self, tracer: Tracer) -> Bools:
         """(n, k): those that end at light."""
-        return ~tracer.blocked_from(self.start, self.rays, self.until)
+        return ~tracer.blocked_from(self.start, self.rays, self.t_max)
 
 
 def cells_of(light: Light, samples: int) -> tuple[int, int]:
@@ -149,9 +149,9 @@ def _cut(light: Light | None, receivers: Receivers, start: Array, rays: Floats, 
     height = np.zeros(receivers.count) if light is None else (receivers.position - light.center) @ -light.axes[2]
     if light is not None and light.one_sided:
         asked &= height[:, None] > 0.0
-    until: npt.ArrayLike = 1.0
+    t_max: npt.ArrayLike = 1.0
     if light is not None and light.is_flat:
-        until = 1.0 - tracer.offset(light.center) / np.maximum(np.abs(height), 1e-30)[:, None]
+        t_max = 1.0 - tracer.offset(light.center) / np.maximum(np.abs(height), 1e-30)[:, None]
     elif light is None or not light.is_directional:
-        until = 1.0 - offset[:, None] / np.maximum(np.linalg.norm(rays, axis=2), 1e-30)
-    return Segments(start, rays, np.where(asked, np.maximum(until, 0.0), NOT_ASKED).astype(np.float32))
+        t_max = 1.0 - offset[:, None] / np.maximum(np.linalg.norm(rays, axis=2), 1e-30)
+    return Segments(start, rays, np.where(asked, np.maximum(t_max, 0.0), NOT_ASKED).astype(np.float32))

@@ -42,8 +42,8 @@ class Tracer(ABC):
         return OFFSET * np.maximum(np.abs(position).max(axis=-1), self.extent).astype(np.float64)
 
     @abstractmethod
-    def blocked_from(self, start: Array, rays: Floats, until: Floats) -> Bools:
+    def blocked_from(self, start: Array, rays: Floats, t_max: Floats) -> Bools:
         """(n, k): does a triangle lie between start (n, 3) and start + until · ray, for k rays (n, k, 3) from each?
 
-        World space, metres, unlike `until` (n, k), a share of the ray: where it is NOT_ASKED the answer is yes.
+        World space, metres, unlike `t_max` (n, k), a share of the ray: where it is NOT_ASKED the answer is yes.
         """

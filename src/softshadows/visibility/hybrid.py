@@ -43,8 +43,8 @@ class MapsAndRays(Provider):
     def encode_frame(self, commands: Commands) -> None:
         self._rays.encode_frame(commands)
 
-    def encode_turn(self, commands: Commands, index: int) -> None:
-        self.maps.encode_turn(commands, index)
+    def encode_selection(self, commands: Commands, index: int) -> None:
+        self.maps.encode_selection(commands, index)
 
     def encode_chunk(self, commands: Commands, chunk: int) -> None:
         self.maps.encode_chunk(commands, chunk)

@@ -26,7 +26,7 @@ class Provider(ABC):
 
     @property
     def can_cache(self) -> bool:
-        """Can it keep maps from frame to frame, if it has one light alone?"""
+        """Can it cache maps from frame to frame, if it has one light alone?"""
         return False
 
     @property
@@ -41,7 +41,7 @@ class Provider(ABC):
 
     @abstractmethod
     def write(self, lights: Sequence[SampledLight], *, keeps_looser_fits: bool = False) -> None:
-        """Write this frame's lights; `encode_turn` takes them by their index.
+        """Write this frame's lights; `encode_selection` takes them by their index.
 
         With `keeps_looser_fits` a map may serve that a new renderer would fit more tightly.
         """
@@ -50,8 +50,8 @@ class Provider(ABC):
         """Encode what comes before a frame's first light."""
 
     @abstractmethod
-    def encode_turn(self, commands: Commands, index: int) -> None:
-        """Let light `index` take its turn."""
+    def encode_selection(self, commands: Commands, index: int) -> None:
+        """Select light `index`."""
 
     def encode_chunk(self, commands: Commands, chunk: int) -> None:  # noqa: B027, nor have rays
         """Encode what comes before the look-ups of a chunk."""

@@ -1,10 +1,10 @@
 // "Is light sample s visible from p?": one query, and who may answer it.
 //
 //     maps/shadow_map.wgsl         sample_is_visible(sample, receiver): by the sample's shadow map
-//     line_maps/line_map.wgsl      sight_is_lit(line_sight(sample, receiver)): by a map rectified along the light
-//     hybrid.wgsl                  map_answer(sample, receiver): one of the three below, by the map where it is certain
-//     rays/known_by_nothing.wgsl   stands in for it where there are no maps: UNKNOWN
-//     rays/light_rays.wgsl         open_segments(packet): by rays, four samples of one receiver at a time
+//     line_maps/line_map.wgsl      map_sample_is_lit(line_map_sample(sample, receiver)): by a map rectified along the light
+//     hybrid.wgsl                  classify_by_map(sample, receiver): one of the three below, by the map where it is certain
+//     rays/unclassified.wgsl   stands in for it where there are no maps: UNKNOWN
+//     rays/light_rays.wgsl         trace_visibility(packet): by rays, four samples of one receiver at a time
 //
 // All read the light whose turn it is and its samples (lights/light_samples.wgsl), and work on one chunk of them at a time. Their
 // resources are bound by a Provider (provider.py).

@@ -74,7 +74,7 @@ class RaySource(Source[LightRays]):
         super().__init__(gpu, scene, gbuffer)
         self._places, self._tree = places, tree_of(scene)
         self.shared_bytes = self._tree.bytes
-        nothing_known = {"visibility/hybrid.wgsl": "visibility/rays/known_by_nothing.wgsl"}
+        nothing_known = {"visibility/hybrid.wgsl": "visibility/rays/unclassified.wgsl"}
         self.stand_ins = {**nothing_known, **self._tree.stand_ins}
 
     def make(self, samples: int) -> LightRays:

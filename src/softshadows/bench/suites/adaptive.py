@@ -3,7 +3,7 @@
 Views: a scene with the paper's modest light from far and from near, with PCSS beside; the atrium with the whole and
 with half the comparison; where $SOFTSHADOWS_SCENES is set, real scenes with the default refinement.
 
-Every technique is timed in two ways, in turns with the others, as wall time of `Renderer.render`:
+Every technique is timed in two ways, interleaved with the others, as wall time of `Renderer.render`:
 
 redrawn    the light moves by a micrometre before the frame, so that every shadow map is drawn
 kept       the light rests and the camera moves to and fro by a millimetre, so that maps may be kept; only where the
@@ -43,8 +43,8 @@ import numpy.typing as npt
 from softshadows import metrics, truth
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.compare.comparison import file_stem
-from softshadows.compare.interleaved import KEPT, REDRAWN, Run, render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
+from softshadows.compare.interleaved import CACHED, REDRAWN, Run, render_interleaved
+from softshadows.compare.measure import Measurement, Notice, ReferenceFrame, Result, measure_each, reference_frame
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
 from softshadows.scene import builtin
@@ -80,7 +80,7 @@ AMPLIFICATIONS = (5, 40)
 
 @dataclass(frozen=True)
 class View:
-    """A shot, and what it is rendered with: groups of techniques, each led by the `uniform` that it is held against."""
+    """A shot, and what it is rendered with: groups of techniques, each led by the `uniform` to compare with."""
 
     name: str
     open: Callable[[], Shot]
@@ -157,13 +157,13 @@ def _modest(name: str, camera: Camera) -> Shot:
 def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     """All figures of a view; writes its pictures. What the adapter cannot do is left out and named."""
     shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.1)
-    rays = trace(shot, held)
+    rays = trace(shot, base)
     results: list[Result] = []
     skipped: list[str] = []
     if settings.folder is not None:
-        write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
+        write_bytes(png(base.reference.picture), settings.folder / view.name / "truth.png")
     for number, group in enumerate(view.groups):
 
         def within(doing: str, share: float, number: int = number) -> None:
@@ -176,19 +176,19 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
                 taken[run.technique] = all_pictures(run.renderer)
 
         runs, failed = render_interleaved(
-            shot, group, settings.repeats, within, keeps=keeps_maps, after_first=take_pictures
+            shot, group, settings.repeats, within, keeps=caches_maps, after_first=take_pictures
         )
         skipped += failed
         if runs and runs[0].technique == group[0]:
-            made = [_result(run, runs[0], held, rays) for run in runs]
+            made = [_result(run, runs[0], base, rays) for run in runs]
             results += made
             if settings.folder is not None:
                 for run, result in zip(runs, made, strict=True):
                     _write_pictures(settings.folder / view.name, pictures.get(run.technique, {}), result, made[0])
-    return Measurement(shot, held.reference, results, skipped, {"rays": rays.series})
+    return Measurement(shot, base.reference, results, skipped, {"rays": rays.series})
 
 
-def keeps_maps(technique: Technique) -> bool:
+def caches_maps(technique: Technique) -> bool:
     """Only maps of a fixed resolution are the same size whoever draws them."""
     return getattr(technique, "resolution", None) != "auto"
 
@@ -208,39 +208,39 @@ class FacingSurfaces:
     surface: npt.NDArray[np.bool_]
 
 
-def facing_surfaces(held: Yardstick) -> FacingSurfaces:
+def facing_surfaces(base: ReferenceFrame) -> FacingSurfaces:
     """Those that some light reaches."""
-    return FacingSurfaces(held.frame.position, held.frame.normal, np.asarray(held.reference.mask.any(axis=0)))
+    return FacingSurfaces(base.frame.position, base.frame.normal, np.asarray(base.reference.mask.any(axis=0)))
 
 
-def trace(shot: Shot, held: Yardstick, counts: Sequence[int] = RAYS) -> Rays:
+def trace(shot: Shot, base: ReferenceFrame, counts: Sequence[int] = RAYS) -> Rays:
     """What so many shadow rays per facing pixel cost and how far they are from the truth."""
-    mask, seen = held.reference.mask, facing_surfaces(held)
+    mask, seen = base.reference.mask, facing_surfaces(base)
     errors, seconds = [], []
     for samples in counts:
         started = time.perf_counter()
         visibility = truth.visibility(shot.scene, seen, samples=samples, seed=RAY_SEED)
         seconds.append(time.perf_counter() - started)
-        compared = [metrics.compare(*light) for light in zip(visibility, held.reference.visibility, mask, strict=True)]
+        compared = [metrics.compare(*light) for light in zip(visibility, base.reference.visibility, mask, strict=True)]
         errors.append(_mean(compared, "rmse"))
     return Rays(list(counts), errors, seconds)
 
 
-def timed_result(run: Run, held: Yardstick) -> Result:
+def timed_result(run: Run, base: ReferenceFrame) -> Result:
     """A technique's errors, and its times in both modes, which are its only figures yet."""
-    redrawn, kept, kept_timing = timings(run, REDRAWN), timings(run, KEPT), run.timing(KEPT)
-    result = held.result_of(run)
-    if kept_timing is not None:
-        result.times[KEPT] = kept_timing
+    redrawn, kept, cached_timing = timings(run, REDRAWN), timings(run, CACHED), run.timing(CACHED)
+    result = base.result_of(run)
+    if cached_timing is not None:
+        result.times[CACHED] = cached_timing
     result.stats["gpu_ms"] = run.pass_ms(REDRAWN)
-    result.figures = {REDRAWN: redrawn, KEPT: kept}
+    result.figures = {REDRAWN: redrawn, CACHED: kept}
     return result
 
 
-def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
+def result_beside_rays(run: Run, base: ReferenceFrame, rays: Rays) -> Result:
     """A technique's errors and times, and the rays that err as much: the figures that need no other technique."""
-    result = timed_result(run, held)
-    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+    result = timed_result(run, base)
+    redrawn, kept = result.figures[REDRAWN], result.figures[CACHED]
     error = _mean(result.comparisons, "rmse")
     equal, bound = rays.equal_to(error)
     ray_ms = equal * rays.ms_per_sample
@@ -251,23 +251,23 @@ def result_beside_rays(run: Run, held: Yardstick, rays: Rays) -> Result:
         "equal_rays": equal,
         "equal_rays_bound": bound,
         "ray_time_ratio_redrawn": ray_ms / redrawn["wall_ms"],
-        "ray_time_ratio_kept": ray_ms / kept["wall_ms"] if kept else None,
+        "ray_time_ratio_cached": ray_ms / kept["wall_ms"] if kept else None,
         **result.figures,
     }
     return result
 
 
-def _result(run: Run, baseline: Run, held: Yardstick, rays: Rays) -> Result:
-    result = result_beside_rays(run, held, rays)
-    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+def _result(run: Run, baseline: Run, base: ReferenceFrame, rays: Rays) -> Result:
+    result = result_beside_rays(run, base, rays)
+    redrawn, kept = result.figures[REDRAWN], result.figures[CACHED]
     uniform = [
         metrics.compare(*light)
-        for light in zip(run.frame.visibility, baseline.frame.visibility, held.reference.mask, strict=True)
+        for light in zip(run.frame.visibility, baseline.frame.visibility, base.reference.mask, strict=True)
     ]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     result.figures |= {
         "time_ratio_redrawn": time_ratio(timings(baseline, REDRAWN), redrawn),
-        "time_ratio_kept": time_ratio(timings(baseline, KEPT), kept),
+        "time_ratio_cached": time_ratio(timings(baseline, CACHED), kept),
         "compare_share": redrawn["gpu_ms"].get("compare", 0.0) / gpu_ms if gpu_ms else None,
         "rmse_uniform": _mean(uniform, "rmse"),
         "penumbra_rmse_uniform": _mean(uniform, "penumbra_rmse"),

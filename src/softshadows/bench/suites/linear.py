@@ -5,13 +5,13 @@ with their own line lights; "triangle", `figures` under the three sides of a tri
 triangular light. Then what occluding edges cost: "resolution", with maps of 200² to 2000² texels (figure 9 of their
 paper), and "triangles N", over the number of triangles.
 
-Frames are timed as in the suite `adaptive`, redrawn and kept, in turns. A technique's figures:
+Frames are timed as in the suite `adaptive`, redrawn and kept, interleaved. A technique's figures:
 
 rmse_truth, penumbra_rmse_truth   to the truth: over facing pixels, and over those in penumbra
 leak_rate                         share of umbra pixels with visibility above 0.1
 time_over_hard                    wall time of a frame over that of two hard shadows, from the light's ends, at the same
-                                  resolution where that is fixed; all is drawn anew
-kept_over_hard                    the same with maps kept from the frame before; None where the resolution is not fixed
+                                  resolution where that is fixed; all is redrawn
+cached_over_hard                  the same with maps cached from the frame before; None where no resolution is fixed
 outreach_share                    share of GPU time that occluding edges spend on their outreach; None for others
 equal_uniform                     evenly spaced point lights that have the same rmse, interpolated; None without them
 equal_rays                        stratified shadow rays per facing pixel with the same rmse
@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING, Any
 
 from softshadows.bench.suites.adaptive import (
     Rays,
-    keeps_maps,
+    caches_maps,
     time_ratio,
     timed_result,
     timings,
@@ -42,8 +42,8 @@ from softshadows.bench.suites.adaptive import (
 from softshadows.bench.suites.baselines import SIZE, real_shots
 from softshadows.bench.suites.triangle import Triangle
 from softshadows.compare.comparison import file_stem
-from softshadows.compare.interleaved import KEPT, REDRAWN, Run, render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
+from softshadows.compare.interleaved import CACHED, REDRAWN, Run, render_interleaved
+from softshadows.compare.measure import Measurement, Notice, ReferenceFrame, Result, measure_each, reference_frame
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
 from softshadows.scene import builtin
@@ -145,11 +145,11 @@ def under_a_line(name: str, scene: Scene) -> Shot:
 def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     """All figures of a view; writes its pictures. What the adapter cannot do is left out and named."""
     shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.15)
-    rays = trace(shot, held, RAYS)
-    runs, skipped = render_interleaved(shot, view.techniques, settings.repeats, notice, keeps=keeps_maps)
-    results = [_result(run, _baseline(run, runs), held) for run in runs]
+    rays = trace(shot, base, RAYS)
+    runs, skipped = render_interleaved(shot, view.techniques, settings.repeats, notice, keeps=caches_maps)
+    results = [_result(run, _baseline(run, runs), base) for run in runs]
     plain = _plain(results)
     for result in results:
         error = result.figures["rmse_truth"]
@@ -158,15 +158,15 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
         result.figures["equal_rays"], result.figures["equal_rays_bound"] = rays.equal_to(error)
     figures: dict[str, Any] = {"rays": rays.series}
     if view.triangle is not None:
-        own = view.triangle.truth(shot, held)
-        figures["outline_rmse"] = view.triangle.rmse(held.reference.visibility, own, held)
+        own = view.triangle.truth(shot, base)
+        figures["outline_rmse"] = view.triangle.rmse(base.reference.visibility, own, base)
         for result in results:
-            result.figures["rmse_area"] = view.triangle.rmse(result.visibility, own, held)
+            result.figures["rmse_area"] = view.triangle.rmse(result.visibility, own, base)
     if settings.folder is not None:
-        write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
+        write_bytes(png(base.reference.picture), settings.folder / view.name / "truth.png")
         for result in results:
             write_bytes(png(result.picture), settings.folder / view.name / f"{file_stem(result.label)}.png")
-    return Measurement(shot, held.reference, results, skipped, figures)
+    return Measurement(shot, base.reference, results, skipped, figures)
 
 
 def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
@@ -176,9 +176,9 @@ def _baseline(run: Run, runs: Sequence[Run]) -> Run | None:
     return next(iter(same or pairs), None)
 
 
-def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
-    result = timed_result(run, held)
-    redrawn, kept = result.figures[REDRAWN], result.figures[KEPT]
+def _result(run: Run, baseline: Run | None, base: ReferenceFrame) -> Result:
+    result = timed_result(run, base)
+    redrawn, kept = result.figures[REDRAWN], result.figures[CACHED]
     gpu_ms = sum(redrawn["gpu_ms"].values())
     outreach = redrawn["gpu_ms"].get("outreach")
 
@@ -190,7 +190,7 @@ def _result(run: Run, baseline: Run | None, held: Yardstick) -> Result:
         "penumbra_rmse_truth": mean("penumbra_rmse"),
         "leak_rate": mean("leak_rate"),
         "time_over_hard": time_ratio(redrawn, baseline and timings(baseline, REDRAWN)),
-        "kept_over_hard": time_ratio(kept, baseline and timings(baseline, KEPT)),
+        "cached_over_hard": time_ratio(kept, baseline and timings(baseline, CACHED)),
         "outreach_share": outreach / gpu_ms if outreach and gpu_ms else None,
         **result.figures,
     }

@@ -3,7 +3,7 @@
 Views: the scene `mannequin`; where $SOFTSHADOWS_SCENES is set, a human body and a scan of a scorpion. Techniques: those
 of table 1; 2/3/5 with maps of 512², 1024² and 2048² (table 2), and with the filter of nine taps (table 3); kernels from
 the light; bands and those with two layers of the map; `hard`, `pcss` and `vsm` beside them. The light moves by a
-micrometre before every timed frame, and techniques take turns.
+micrometre before every timed frame, and techniques are interleaved.
 
 A technique's figures:
 
@@ -30,7 +30,7 @@ from typing import TYPE_CHECKING, Any
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.compare.comparison import file_stem
 from softshadows.compare.interleaved import REDRAWN, render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
+from softshadows.compare.measure import Measurement, Notice, Result, measure_each, reference_frame
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
 from softshadows.scene.shot import Shot, open_shot
@@ -88,12 +88,12 @@ def sources() -> Iterator[str]:
 
 def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice: Notice) -> Measurement:
     """All figures of the shot; writes its pictures. The first row is what the others are set against."""
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     runs, failed = render_interleaved(shot, [UNSHADOWED, *rows], settings.repeats, notice)
-    empty_ms = next(held.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
+    empty_ms = next(base.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
     results: list[Result] = []
     for run in (run for run in runs if run.technique != UNSHADOWED):
-        result = held.result_of(run)
+        result = base.result_of(run)
         result.figures = _own_figures(result, empty_ms, run.pass_ms(REDRAWN))
         results.append(result)
     plain = next((result.figures for result in results if result.technique == rows[0]), None)
@@ -101,7 +101,7 @@ def measure_tables(shot: Shot, rows: list[Technique], settings: Settings, notice
         for ratio, figure in (("time_ratio", "shadow_ms"), ("reads_ratio", "reads"), ("filter_ratio", "filter_ms")):
             result.figures[ratio] = _ratio(result.figures[figure], plain[figure] if plain else None)
         _write_zooms(settings, shot, result)
-    return Measurement(shot, held.reference, results, failed, {})
+    return Measurement(shot, base.reference, results, failed, {})
 
 
 def _own_figures(result: Result, empty_ms: float, pass_ms: Mapping[str, float]) -> dict[str, Any]:

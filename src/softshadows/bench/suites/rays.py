@@ -3,7 +3,7 @@
 Pictures: where $SOFTSHADOWS_SCENES is set real scenes under rectangle and line lights, else built-in ones; then hills
 of 10⁴ and 10⁵ triangles, for which trees are built. (10⁶: `time_tree(terrain(1_000_000), "gpu")` of tree_times.py.)
 
-A picture's figures, from the same stratified shadow rays by Embree and the GPU, in turns, some at a time:
+A picture's figures, from the same stratified shadow rays by Embree and the GPU, interleaved, some at a time:
 
 segments                       how many
 embree_per_second              on all cores, called from numpy
@@ -17,7 +17,7 @@ cpu_build_ms, gpu_build_ms     a tree's shape and boxes (hills)
 cpu_refit_ms                   the boxes alone (hills)
 rays                           samples, rmse and seconds of stratified rays by Embree
 
-A technique's, timed as in `adaptive.py`, `uniform` alone with maps kept; before a redrawn frame the node with the most
+A technique's, timed as in `adaptive.py`, `uniform` alone with cached maps; before a redrawn frame the node with most
 triangles moves too, so that trees are fitted and everything is dynamic:
 
 lookups                        per pixel: rays, or looks into maps, or both
@@ -47,8 +47,8 @@ from softshadows.bench.suites.adaptive import (
 )
 from softshadows.bench.suites.baselines import real_shots
 from softshadows.bench.tree_times import terrain, time_tree
-from softshadows.compare.interleaved import KEPT, REDRAWN, render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
+from softshadows.compare.interleaved import CACHED, REDRAWN, render_interleaved
+from softshadows.compare.measure import Measurement, Notice, Result, measure_each, reference_frame
 from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
 from softshadows.scene.lights import RectLight
@@ -139,11 +139,11 @@ def hills(name: str, triangles: int) -> Shot:
 def measure_view(view: View, settings: Settings, notice: Notice, segments: int = SEGMENTS) -> Measurement:
     """All figures of a view, at least so many segments' among them."""
     shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.2)
-    rays = trace(shot, held, RAYS)
+    rays = trace(shot, base, RAYS)
     notice("the same rays by Embree and the GPU", 0.3)
-    figures = cast_by_both(shot, facing_surfaces(held), segments)
+    figures = cast_by_both(shot, facing_surfaces(base), segments)
     if view.times_trees:
         cpu, gpu = (time_tree(shot.scene, builder) for builder in ("cpu", "gpu"))
         figures |= {"cpu_build_ms": cpu.build_ms, "gpu_build_ms": gpu.build_ms, "cpu_refit_ms": cpu.follow_ms}
@@ -155,14 +155,14 @@ def measure_view(view: View, settings: Settings, notice: Notice, segments: int =
         keeps=lambda technique: technique.name == "uniform",
         moves_scene=True,
     )
-    results = [result_beside_rays(run, held, rays) for run in runs]
-    receivers = int(np.count_nonzero(held.reference.mask))
+    results = [result_beside_rays(run, base, rays) for run in runs]
+    receivers = int(np.count_nonzero(base.reference.mask))
     for result in results:
         cast_ms = 1e3 * result.figures["equal_rays"] * receivers / figures["embree_per_second"]
         dynamic_ms = figures["embree_build_ms"] + cast_ms
         result.figures["dynamic_ratio"] = dynamic_ms / result.figures[REDRAWN]["wall_ms"]
     _hold_against_rays(results)
-    return Measurement(shot, held.reference, results, skipped, {**figures, "rays": rays.series})
+    return Measurement(shot, base.reference, results, skipped, {**figures, "rays": rays.series})
 
 
 def _hold_against_rays(results: Sequence[Result]) -> None:
@@ -173,7 +173,7 @@ def _hold_against_rays(results: Sequence[Result]) -> None:
             rays = figures.get(replace(technique, visibility=Rays(), resolution="auto"))  # type: ignore[call-arg]
             if rays is not None:
                 own["rmse_over_rays"] = own["rmse_truth"] / rays["rmse_truth"]
-                own["time_over_rays"] = own[KEPT]["wall_ms"] / rays[KEPT]["wall_ms"]
+                own["time_over_rays"] = own[CACHED]["wall_ms"] / rays[CACHED]["wall_ms"]
 
 
 def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any]:
@@ -188,7 +188,7 @@ def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any
     with ThreadPoolExecutor(processors()) as pool:
         for number, segments in enumerate(_segments(shot, receivers, embree, least)):
             if number == 0:
-                gpu.blocked_from(segments.start, segments.rays, segments.until)  # compiles
+                gpu.blocked_from(segments.start, segments.rays, segments.t_max)  # compiles
                 gpu.seconds = 0.0
             parts = _split(segments, PARTS * processors())
             started = time.perf_counter()
@@ -196,7 +196,7 @@ def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any
             embree_seconds += time.perf_counter() - started
             by_gpu = segments.visible(gpu)
             disagreeing.append(_some(segments, by_embree != by_gpu))
-            count += segments.until.size
+            count += segments.t_max.size
     distances = [_distance_to_change(embree, each) for some in disagreeing for each in _split(some, len(some.start))]
     return {
         "segments": int(count),
@@ -223,13 +223,13 @@ def _segments(shot: Shot, receivers: Receivers, embree: Occluders, least: int) -
 def _split(segments: Segments, parts: int) -> list[Segments]:
     """In about equal parts; none of nothing."""
     rows = np.array_split(np.arange(len(segments.start)), max(parts, 1))
-    return [Segments(segments.start[r], segments.rays[r], segments.until[r]) for r in rows if len(r)]
+    return [Segments(segments.start[r], segments.rays[r], segments.t_max[r]) for r in rows if len(r)]
 
 
 def _some(segments: Segments, chosen: np.ndarray) -> Segments:
     """The `chosen` (n, k) ones, each from a start of its own."""
     row, _ = np.nonzero(chosen)
-    return Segments(segments.start[row], segments.rays[chosen][:, None], segments.until[chosen][:, None])
+    return Segments(segments.start[row], segments.rays[chosen][:, None], segments.t_max[chosen][:, None])
 
 
 def _distance_to_change(embree: Occluders, segment: Segments) -> float:
@@ -238,7 +238,7 @@ def _distance_to_change(embree: Occluders, segment: Segments) -> float:
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
     rays = np.repeat(segment.rays[:, 0], SHIFTED, axis=0)
     for shift in SHIFTS:
-        blocked = embree.blocked_along(segment.start + shift * embree.diagonal * ways, rays, segment.until[0])
+        blocked = embree.blocked_along(segment.start + shift * embree.diagonal * ways, rays, segment.t_max[0])
         if blocked.any() and not blocked.all():
             return shift
     return 1.0

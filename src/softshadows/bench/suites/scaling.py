@@ -20,7 +20,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from softshadows.compare.interleaved import label_of, render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, measure_each, yardstick
+from softshadows.compare.measure import Measurement, Notice, Result, measure_each, reference_frame
 from softshadows.scene import builtin
 from softshadows.scene.lights import RectLight
 from softshadows.scene.model import Scene
@@ -108,17 +108,17 @@ def measure_step(step: Step, settings: Settings, notice: Notice) -> Measurement:
     scene = step.open()
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(step.name, scene, scene.camera, step.size)
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     runs, failed = render_interleaved(
         shot,
         step.techniques,
         settings.repeats,
         lambda doing, share: notice(doing, 0.2 + 0.8 * share),
     )
-    results = [held.result_of(run) for run in runs]
+    results = [base.result_of(run) for run in runs]
     for result in results:
         result.figures = _figures(step, result)
-    return Measurement(shot, held.reference, results, failed, {"axis": step.axis})
+    return Measurement(shot, base.reference, results, failed, {"axis": step.axis})
 
 
 def _figures(step: Step, result: Result) -> dict[str, Any]:

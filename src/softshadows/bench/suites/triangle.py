@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from softshadows import metrics, truth
 from softshadows.bench.suites.adaptive import facing_surfaces
-from softshadows.compare.measure import Yardstick
+from softshadows.compare.measure import ReferenceFrame
 from softshadows.scene.lights import Light, LineLight
 from softshadows.scene.model import Scene
 from softshadows.scene.shot import Shot
@@ -47,17 +47,17 @@ class Triangle:
         scene.lights = list(self.sides)
         return Shot(name, scene, scene.camera, size)
 
-    def truth(self, shot: Shot, held: Yardstick) -> Floats:
+    def truth(self, shot: Shot, base: ReferenceFrame) -> Floats:
         """(height, width): the share of the triangle that each pixel sees."""
         s, t = np.modf(0.5 + np.outer(R2_STEPS, np.arange(POINTS)))[0]
         is_beyond = s + t > 1.0
         s, t = np.where(is_beyond, 1.0 - s, s), np.where(is_beyond, 1.0 - t, t)
         corner, right, top = np.array(self.corners)
         points = corner + s[:, None] * (right - corner) + t[:, None] * (top - corner)
-        return truth.visibility_from_points(shot.scene, facing_surfaces(held), points).mean(axis=0, dtype=np.float32)
+        return truth.visibility_from_points(shot.scene, facing_surfaces(base), points).mean(axis=0, dtype=np.float32)
 
-    def rmse(self, visibility: Floats, own: Floats, held: Yardstick) -> float:
+    def rmse(self, visibility: Floats, own: Floats, base: ReferenceFrame) -> float:
         """From the mean of the sides' visibility (3, h, w), by their lengths, to its `own`, where all sides may see."""
         lengths = [side.half_extent[0] for side in self.sides]
         mean = np.average(visibility, axis=0, weights=lengths).astype(np.float32)
-        return metrics.compare(mean, own, mask=np.logical_and.reduce(held.reference.mask)).rmse
+        return metrics.compare(mean, own, mask=np.logical_and.reduce(base.reference.mask)).rmse

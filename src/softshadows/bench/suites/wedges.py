@@ -2,7 +2,7 @@
 
 Views: sphere_cube_1 to _4, cubes of 1, 8, 27 and 64 spheres of 762 triangles; the one of 27 with every option of the
 overlap, with `uniform` 32×32 (as many maps as the paper's reference has) and with `adaptive`. Lights move by a
-micrometre before every timed frame, so that nothing is kept from the last one, and techniques take turns.
+micrometre before every timed frame, so that nothing is kept from the last one, and techniques are interleaved.
 
 A technique's figures; None where something could not be measured:
 
@@ -29,7 +29,7 @@ import numpy as np
 from softshadows import metrics
 from softshadows.compare.comparison import file_stem
 from softshadows.compare.interleaved import render_interleaved
-from softshadows.compare.measure import Measurement, Notice, Result, Yardstick, measure_each, yardstick
+from softshadows.compare.measure import Measurement, Notice, ReferenceFrame, Result, measure_each, reference_frame
 from softshadows.compare.pictures import png
 from softshadows.compare.results import write_bytes
 from softshadows.scene import builtin
@@ -91,21 +91,21 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
     scene = builtin.sphere_cube(view.count)
     assert scene.camera is not None, "built-in scenes have one"
     shot = Shot(view.name, scene, scene.camera, settings.size or SIZE)
-    held = yardstick(shot, settings.samples, notice)
+    base = reference_frame(shot, settings.samples, notice)
     runs, failed = render_interleaved(shot, [UNSHADOWED, *view.techniques], settings.repeats, notice)
-    empty_ms = next(held.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
+    empty_ms = next(base.result_of(run).frame_ms for run in runs if run.technique == UNSHADOWED)
     edges = sum(len(edges_of(node.mesh).vertices) for node in scene.nodes)
     results: list[Result] = []
     for run in (run for run in runs if run.technique != UNSHADOWED):
-        result = held.result_of(run)
+        result = base.result_of(run)
         result.figures = {"wedge_ms": result.frame_ms - empty_ms, "edges": edges, "triangles": scene.triangle_count}
         results.append(result)
     standard = next((result for result in results if result.technique == view.techniques[0]), None)
     for result in results:
         result.figures["time_ratio"] = _ratio(result, standard, "wedge_ms")
         result.figures["rmse_ratio"] = result.comparisons[0].rmse / standard.comparisons[0].rmse if standard else None
-        _write_pictures(settings, view, held, result)
-    return Measurement(shot, held.reference, results, failed, {})
+        _write_pictures(settings, view, base, result)
+    return Measurement(shot, base.reference, results, failed, {})
 
 
 def _ratio(result: Result, standard: Result | None, figure: str) -> float | None:
@@ -128,11 +128,11 @@ def growth(measurements: Sequence[Measurement]) -> dict[str, Any]:
     return {"triangles": triangles, "wedge_ms": milliseconds, "linear_within": within}
 
 
-def _write_pictures(settings: Settings, view: View, held: Yardstick, result: Result) -> None:
+def _write_pictures(settings: Settings, view: View, base: ReferenceFrame, result: Result) -> None:
     if settings.folder is None:
         return
-    reference, stem = held.reference, file_stem(result.label)
-    write_bytes(png(held.reference.picture), settings.folder / view.name / "truth.png")
+    reference, stem = base.reference, file_stem(result.label)
+    write_bytes(png(base.reference.picture), settings.folder / view.name / "truth.png")
     write_bytes(png(result.picture), settings.folder / view.name / f"{stem}.png")
     error = metrics.signed_error_image(
         result.visibility[0], reference.visibility[0], reference.mask[0], amplification=AMPLIFICATION

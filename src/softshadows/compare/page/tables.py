@@ -28,7 +28,7 @@ class Column:
 
 
 def _at_rest_ms(result: Result) -> float | None:
-    return result.times["kept"].median_ms if "kept" in result.times else None
+    return result.times["cached"].median_ms if "cached" in result.times else None
 
 
 def _gpu_ms(result: Result) -> float | None:
@@ -42,9 +42,9 @@ def _error(name: str) -> Callable[[Result, int], float | None]:
 COLUMNS = (
     Column("shadow maps", "d", "maps drawn for the frame, all lights together", lambda r, _: r.stats["shadow_maps"]),
     Column("look-ups", ".1f", "shadow-map reads, on average per pixel", lambda r, _: r.stats["lookups_per_pixel"]),
-    Column("ms", TIME, "median wall time of a frame and its read-back, all drawn anew", lambda r, _: r.frame_ms),
+    Column("ms", TIME, "median wall time of a frame and its read-back, all redrawn", lambda r, _: r.frame_ms),
     Column("ms at rest", TIME, "the same where nothing moved since the last frame", lambda r, _: _at_rest_ms(r)),
-    Column("GPU ms", TIME, "time on the GPU of a frame drawn anew, where the adapter tells", lambda r, _: _gpu_ms(r)),
+    Column("GPU ms", TIME, "time on the GPU of a frame redrawn, where the adapter tells", lambda r, _: _gpu_ms(r)),
     Column(
         "GPU MiB", ".0f", "held on the GPU, the scene's share included", lambda r, _: r.stats["gpu_bytes"] / MEBIBYTE
     ),

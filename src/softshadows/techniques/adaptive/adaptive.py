@@ -22,14 +22,14 @@ Departures from the paper
     - No occlusion queries and no read-back: all levels are encoded at once, and the GPU decides what they draw. That
       also replaces the paper's reuse of the last frame's subdivision; what is reused are the maps, where all fit the
       atlas.
-    - Each map is looked up once per pixel and remembered as a bit, so that comparison and average share the look-ups.
+    - Each map is looked up once per pixel and stored as a bit, so that comparison and average share the look-ups.
       The bits are added up in one pass; the paper's sums map by map are the same.
     - A tile that nothing can shadow asks for no maps. Background does not count in the 1-ring.
     - Shadow maps are fitted to the tiles that request them (docs/decisions/0001-shadow-maps.md), deep levels' more
       coarsely; where a level's maps exceed the memory budget they shrink, or are drawn one batch after the other.
     - `filter="cell"` is an addition: a sample beside a silhouette stands for the part of the light around it. Nine taps
       in its map, spread by the occluder's distance, turn the band between two samples into a ramp.
-    - `visibility="ray"` asks rays instead of maps: no texel, no bias, nothing to fit or to keep. Since a tile's pixels
+    - `visibility="ray"` traces rays instead of maps: no texel, no bias, nothing to fit or cache. Since a tile's pixels
       then may look at other points, each sends four *probes*, which together reach every cell of the light and show
       what hides between the tile's samples; samples are sheared, so that an edge along a side of the light does not
       meet a row of them at once; and on a line four more rays find each edge between two samples. `visibility="hybrid"`
@@ -161,7 +161,7 @@ class AdaptivePass(TechniquePass):
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._samplings: Workers[Lattice, AdaptiveSampling] = Workers(self._new_sampling, context.memory_budget)
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
-        self._turns: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
+        self._by_light: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
         self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
         self._denoise = None
         if self._rays.denoise:
@@ -177,11 +177,11 @@ class AdaptivePass(TechniquePass):
         if self._denoise is not None:
             self._denoise.write([*lights])
         depth = self._technique.max_depth
-        turns = self._samplings.assign({layer: lattice_of(light, depth) for layer, light in lights.items()})
-        for sampling, layers in lights_of(turns).items():
+        by_light = self._samplings.assign({layer: lattice_of(light, depth) for layer, light in lights.items()})
+        for sampling, layers in lights_of(by_light).items():
             own = [(lights[layer], layer) for layer in layers]
             sampling.write(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
-        self._turns = [*turns.values()]
+        self._by_light = [*by_light.values()]
         self.bytes = self._samplings.bytes
         if not isinstance(self._technique.visibility, Maps):
             self.bytes += tree_of(self._context.scene).bytes
@@ -215,7 +215,7 @@ class AdaptivePass(TechniquePass):
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
-        for sampling, index in self._turns:
+        for sampling, index in self._by_light:
             sampling.encode(commands, index)
         if self._denoise is not None:
             self._denoise.encode(commands)

@@ -1,4 +1,4 @@
-// The visible share of the light: the remembered look-ups, weighted by what their samples stand for in the pixel's tree.
+// The visible share of the light: the look-ups' bits, weighted by what their samples stand for in the pixel's tree.
 
 //#include "lights/light.wgsl"
 //#include "weights.wgsl"
@@ -9,8 +9,8 @@
 // Visible corners of a row's leaves, each as often as it has leaves.
 fn visible_leaf_corners(tile: u32, lane: u32, level: u32, row: u32, leaves: u32) -> u32 {
     let rows = sample_rows(level, row);
-    let low = remembered(tile, rows.x, lane);
-    let high = remembered(tile, rows.y, lane);
+    let low = row_bits(tile, rows.x, lane);
+    let high = row_bits(tile, rows.y, lane);
     let right = leaves << right_shift(level);
     return countOneBits(low & leaves) + countOneBits(low & right) + countOneBits(high & leaves) + countOneBits(high & right);
 }
@@ -51,7 +51,7 @@ fn sum_by_paper(tile: u32, tree: u32, lane: u32, level: u32) -> vec2f {
         for (var deeper = level + 1u; deeper <= shape.deepest; deeper++) {
             samples &= ~corners_of_leaves(tree, deeper, row);
         }
-        sums += vec2u(countOneBits(samples & remembered(tile, row, lane)), countOneBits(samples));
+        sums += vec2u(countOneBits(samples & row_bits(tile, row, lane)), countOneBits(samples));
     }
     return paper_weight(level) * vec2f(sums);
 }

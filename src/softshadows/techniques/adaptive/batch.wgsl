@@ -3,10 +3,10 @@
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "level.wgsl"
-//#include "remembered.wgsl"
+//#include "visibility_bits.wgsl"
 
 @group(3) @binding(1) var<storage, read> trees: array<u32>;
-@group(3) @binding(4) var<storage, read_write> masks: array<u32>;          // tree.wgsl mask_index()
+@group(3) @binding(4) var<storage, read_write> visibility_bits: array<u32>;          // tree.wgsl mask_index()
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 
@@ -35,9 +35,9 @@ fn requested_samples(tile: u32, row: u32) -> u32 {
 fn remember(tile: u32, lane: u32, row: u32, requested: u32, visible: u32) {
     let pair = mask_index(tile, row / 2u, lane);
     let shift = 16u * (row % 2u);
-    masks[pair] = (masks[pair] & ~((requested & 0xffffu) << shift)) | ((visible & 0xffffu) << shift);
+    visibility_bits[pair] = (visibility_bits[pair] & ~((requested & 0xffffu) << shift)) | ((visible & 0xffffu) << shift);
     if (requested >> 16u) != 0u {
         let lasts = mask_index(tile, mask_words() - 1u, lane);
-        masks[lasts] = insertBits(masks[lasts], visible >> 16u, row, 1u);
+        visibility_bits[lasts] = insertBits(visibility_bits[lasts], visible >> 16u, row, 1u);
     }
 }

@@ -2,7 +2,7 @@
 // five times as exactly as the trapezoid rule, which puts it in the middle. Before the average, which adds what changes.
 
 //#include "visibility/rays/light_rays.wgsl"
-//#include "lights/sample_places.wgsl"
+//#include "lights/stratified.wgsl"
 //#include "weights.wgsl"
 
 @group(3) @binding(11) var<storage, read_write> visibility: array<f32>;
@@ -20,7 +20,7 @@ fn correction(start: RayStart, pixel: vec2u, first: u32, last: u32) -> f32 {
             add_to_packet(start, first, ray);
         }
     }
-    let lit = dot(select(vec4f(0.0), vec4f(1.0), open_segments(packet)), vec4f(1.0));
+    let lit = dot(select(vec4f(0.0), vec4f(1.0), trace_visibility(packet)), vec4f(1.0));
     return (lit + 0.5) / PIECES - 0.5;
 }
 
@@ -31,7 +31,7 @@ fn cs_bracket(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         return;
     }
     let start = ray_start(pixel.receiver);
-    let seen = remembered(pixel.tile, 0u, lane);
+    let seen = row_bits(pixel.tile, 0u, lane);
     var change = 0.0;
     var rays = 0u;
     for (var level = 0u; level <= shape.deepest; level++) {

@@ -4,10 +4,10 @@
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
-//#include "remembered.wgsl"
+//#include "visibility_bits.wgsl"
 //#include "level.wgsl"
 
-@group(3) @binding(4) var<storage, read> masks: array<u32>;               // tree.wgsl mask_index()
+@group(3) @binding(4) var<storage, read> visibility_bits: array<u32>;               // tree.wgsl mask_index()
 @group(3) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
 @group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
@@ -24,8 +24,8 @@ struct Corners {
 // [Schwaerzler2012 §3.3.3] The first pass: how many of the cells' corners a texel sees.
 fn visible_corners(tile: u32, lane: u32, row: u32) -> Corners {
     let rows = sample_rows(step.level, row);
-    let low = remembered(tile, rows.x, lane);
-    let high = remembered(tile, rows.y, lane);
+    let low = row_bits(tile, rows.x, lane);
+    let high = row_bits(tile, rows.y, lane);
     let shift = right_shift(step.level);
     let low_ones = low ^ (low >> shift);
     let low_twos = low & (low >> shift);

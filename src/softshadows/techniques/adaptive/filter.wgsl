@@ -59,36 +59,36 @@ fn share_of(tree: u32, row: u32, column: u32) -> Share {
 }
 
 // Is the receiver before what the texel holds, or that less than `nearest` times as close as the receiver?
-fn tap_is_lit(sight: Sight, texel: vec2u, nearest: f32) -> bool {
-    let gap = texel_gap(sight, texel);
-    return gap.texels <= 0.0 || gap.stored <= max(free_closeness(sight), nearest * sight.closeness)
-        || (gap.texels < CREASE_TEXELS && occluder_surface_is_behind(sight, texel, gap.stored));
+fn tap_is_lit(map_sample: MapSample, texel: vec2u, nearest: f32) -> bool {
+    let gap = texel_gap(map_sample, texel);
+    return gap.texels <= 0.0 || gap.stored <= max(free_inverse_depth(map_sample), nearest * map_sample.inverse_depth)
+        || (gap.texels < CREASE_TEXELS && occluder_surface_is_behind(map_sample, texel, gap.stored));
 }
 
 // [Schwaerzler2012 §3.4.3] The lit share of the texels around the receiver's.
 fn filtered_by_pcf(sample: u32, receiver: Receiver) -> f32 {
-    let sight = sight_through(sample, receiver, receiver.position_ls);
-    if !sight.possible || !sight.covered {
-        return select(0.0, 1.0, sight.possible);
+    let map_sample = project_into_map(sample, receiver, receiver.position_ls);
+    if !map_sample.possible || !map_sample.covered {
+        return select(0.0, 1.0, map_sample.possible);
     }
-    let view = shadow_views[sight.view];
-    let position = (sight.position - view.window_low) * view.texels_per_unit;
+    let view = shadow_views[map_sample.view];
+    let position = (map_sample.position - view.window_low) * view.texels_per_unit;
     let start = position - 0.5 * f32(pcf_texels - 1u);
     var lit = 0.0;
     for (var i = 0u; i < pcf_texels * pcf_texels; i++) {
         let tap = clamp(start + vec2f(vec2u(i % pcf_texels, i / pcf_texels)), vec2f(0.0), vec2f(view.size) - 1.0);
-        lit += select(0.0, 1.0, tap_is_lit(sight, vec2u(tap), 1.0));
+        lit += select(0.0, 1.0, tap_is_lit(map_sample, vec2u(tap), 1.0));
     }
     return lit / f32(pcf_texels * pcf_texels);
 }
 
 // By how much the occluder that hides the sample is closer than the receiver; 0 where nothing is known.
 fn blocker_ratio(sample: u32, receiver: Receiver) -> f32 {
-    let sight = sight_through(sample, receiver, receiver.position_ls);
-    if !sight.possible || !sight.covered || light.is_directional == 1u {
+    let map_sample = project_into_map(sample, receiver, receiver.position_ls);
+    if !map_sample.possible || !map_sample.covered || light.is_directional == 1u {
         return 0.0;
     }
-    return max(stored_closeness(sight, covering_texel(sight)) / sight.closeness, 1.0);
+    return max(stored_inverse_depth(map_sample, covering_texel(map_sample)) / map_sample.inverse_depth, 1.0);
 }
 
 // The visible share of the part of the light that the sample stands for.
@@ -103,11 +103,11 @@ fn filtered_by_cell(sample: u32, receiver: Receiver, width: u32, ratio: f32) -> 
     for (var i = 0u; i < CELL_TAPS * CELL_TAPS; i++) {
         let at = (vec2f(vec2u(i % CELL_TAPS, i / CELL_TAPS)) + 0.5) / f32(CELL_TAPS);
         let step = mix(low, high, at);
-        let sight = sight_through(sample, receiver, receiver.position_ls + vec3f(step * (ratio - 1.0), 0.0));
+        let map_sample = project_into_map(sample, receiver, receiver.position_ls + vec3f(step * (ratio - 1.0), 0.0));
         // Only a blocker far enough from the receiver hides that point of the light, and not the sample.
         let share = abs(step) / max(half_cell, vec2f(1e-20));
         let nearest = 1.0 + BLOCKER_SLACK * max(share.x, share.y) * (ratio - 1.0);
-        lit += select(0.0, 1.0, sight.possible && (!sight.covered || tap_is_lit(sight, covering_texel(sight), nearest)));
+        lit += select(0.0, 1.0, map_sample.possible && (!map_sample.covered || tap_is_lit(map_sample, covering_texel(map_sample), nearest)));
     }
     return lit / f32(CELL_TAPS * CELL_TAPS);
 }
@@ -123,7 +123,7 @@ fn silhouette_ratio(receiver: Receiver, tile: u32, tree: u32, lane: u32, row: u3
         }
         let at = vec2u(beside);
         let is_known = bit_of(trees[request_index(tree, at.y)], at.x) == 1u;
-        if !is_known || (bit_of(remembered(tile, at.y, lane), at.x) == 1u) == is_seen {
+        if !is_known || (bit_of(row_bits(tile, at.y, lane), at.x) == 1u) == is_seen {
             continue;
         }
         let hidden = select(vec2u(column, row), at, is_seen);
@@ -145,7 +145,7 @@ fn known_of(pixel: TreePixel, lane: u32) -> Known {
     for (var row = 0u; row < shape.sample_rows; row++) {
         let asked = trees[request_index(pixel.tree, row)];
         if asked != 0u {
-            let seen = remembered(pixel.tile, row, lane) & asked;
+            let seen = row_bits(pixel.tile, row, lane) & asked;
             atomicOr(&seen_by_some[row], seen);
             atomicAnd(&seen_by_all[row], seen);
             known.sees_some |= seen != 0u;
@@ -183,7 +183,7 @@ fn filtered_sum(pixel: TreePixel, lane: u32, is_mixed: bool) -> f32 {
         if asked == 0u {
             continue;
         }
-        let seen = remembered(pixel.tile, row, lane);
+        let seen = row_bits(pixel.tile, row, lane);
         let uncertain = uncertain_samples(row, asked, is_mixed);
         for (var rest = asked; rest != 0u; rest &= rest - 1u) {
             let column = firstTrailingBit(rest);

@@ -25,7 +25,7 @@ fn bits_between(row: u32, first: u32, last: u32) -> u32 {
 
 fn answer_of(sample: u32, receiver: Receiver) -> u32 {
     if leaves_unknown {
-        return map_answer(sample, receiver);
+        return classify_by_map(sample, receiver);
     }
     return select(HIDDEN, LIT, sample_is_visible(sample, receiver));
 }

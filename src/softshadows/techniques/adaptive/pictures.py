@@ -58,15 +58,16 @@ class Decisions:
     """What the GPU decided in a frame, for one light.
 
     surface (height, width) bool; requested (tiles down, tiles across, rows, columns) bool, the samples of each tile's
-    tree; refined, by level, (tiles down, tiles across, cell rows, cell columns) bool; remembered (height, width, rows)
-    uint32, bit x of row y saying that the pixel sees sample (x, y), if its tree has it. Tiles are of TILE×TILE pixels.
+    tree; refined, by level, (tiles down, tiles across, cell rows, cell columns) bool; visibility_bits (height, width,
+    rows) uint32, bit x of row y saying that the pixel sees sample (x, y), if its tree has it. Tiles have TILE×TILE
+    pixels.
     """
 
     lattice: Lattice
     surface: Bools
     requested: Bools
     refined: list[Bools]
-    remembered: Words
+    visibility_bits: Words
 
     @property
     def lookups(self) -> npt.NDArray[np.int64]:
@@ -84,7 +85,7 @@ class Decisions:
     def sees(self, row: int, column: int) -> Bools:
         """(height, width): does the pixel see the sample? False too where its tree does not have it."""
         asked = self.by_pixel(self.requested[:, :, row, column]) & self.surface
-        return asked & (self.remembered[:, :, row] >> np.uint32(column) & 1).astype(bool)
+        return asked & (self.visibility_bits[:, :, row] >> np.uint32(column) & 1).astype(bool)
 
     def by_pixel(self, tiles: npt.NDArray[Any]) -> npt.NDArray[Any]:
         """(height, width): each pixel's value in (tiles down, tiles across)."""
@@ -95,11 +96,11 @@ class Decisions:
 def read_decisions(renderer: Any) -> Decisions:
     """The decisions of the last frame of `renderer`, an `ss.Renderer`; OptionError where there is none of this kind."""
     work = getattr(renderer.passes, "technique", None)
-    if not isinstance(work, AdaptivePass) or not work._turns:
+    if not isinstance(work, AdaptivePass) or not work._by_light:
         raise OptionError(
             "these pictures show adaptive sampling: render a frame with technique 'adaptive' and a light first"
         )
-    sampling = work._turns[-1][0]
+    sampling = work._by_light[-1][0]
     device, lattice = sampling._context.gpu.device, sampling.lattice
 
     def words(buffer: wgpu.GPUBuffer) -> Words:
@@ -122,8 +123,8 @@ def read_decisions(renderer: Any) -> Decisions:
         found = all_refined[:, :, first : first + rows, : max(lattice.columns - 1, 1) : lattice.spacing(level)]
         refined.append(found)
         first += rows
-    remembered = _remembered(words(sampling.buffers.masks), lattice, tiles)[:height, :width]
-    return Decisions(lattice, surface, requested, refined, remembered)
+    bits = _row_bits(words(sampling.buffers.visibility_bits), lattice, tiles)[:height, :width]
+    return Decisions(lattice, surface, requested, refined, bits)
 
 
 def _surface(device: wgpu.GPUDevice, position: wgpu.GPUTexture) -> Bools:
@@ -135,14 +136,14 @@ def _surface(device: wgpu.GPUDevice, position: wgpu.GPUTexture) -> Bools:
     return np.asarray(data).view("<f4").reshape(height, width, 4)[..., 3] > 0.0
 
 
-def _remembered(words: Words, lattice: Lattice, tiles: tuple[int, int]) -> Words:
+def _row_bits(words: Words, lattice: Lattice, tiles: tuple[int, int]) -> Words:
     """(height, width, rows) of all tiles' pixels: tree.wgsl mask_index()."""
     count = -(-lattice.rows // 2) + 1
-    masks = words[: tiles[0] * tiles[1] * count * TILE * TILE].reshape(*tiles, count, TILE, TILE)
-    masks = masks.transpose(0, 3, 1, 4, 2).reshape(tiles[0] * TILE, tiles[1] * TILE, count)
+    visibility_bits = words[: tiles[0] * tiles[1] * count * TILE * TILE].reshape(*tiles, count, TILE, TILE)
+    visibility_bits = visibility_bits.transpose(0, 3, 1, 4, 2).reshape(tiles[0] * TILE, tiles[1] * TILE, count)
     rows = np.arange(lattice.rows)
-    pairs = masks[..., rows // 2] >> (ROW_BITS * (rows % 2)).astype(np.uint32) & np.uint32(0xFFFF)
-    lasts = masks[..., -1:] >> rows.astype(np.uint32) & np.uint32(1)
+    pairs = visibility_bits[..., rows // 2] >> (ROW_BITS * (rows % 2)).astype(np.uint32) & np.uint32(0xFFFF)
+    lasts = visibility_bits[..., -1:] >> rows.astype(np.uint32) & np.uint32(1)
     return pairs | lasts << np.uint32(ROW_BITS)
 
 

@@ -62,9 +62,9 @@ fn cs_probe(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
             atomicOr(&probes[probe_index(tile, HIDDEN, cell.y)], 1u << cell.x);
         }
     }
-    let is_open = open_segments(packet);
+    let is_unoccluded = trace_visibility(packet);
     for (var i = 0u; i < waiting_count; i++) {
         let row = waiting[i] / DEEPEST_CELLS;
-        atomicOr(&probes[probe_index(tile, select(HIDDEN, LIT, is_open[i]), row)], 1u << (waiting[i] % DEEPEST_CELLS));
+        atomicOr(&probes[probe_index(tile, select(HIDDEN, LIT, is_unoccluded[i]), row)], 1u << (waiting[i] % DEEPEST_CELLS));
     }
 }

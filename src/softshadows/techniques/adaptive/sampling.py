@@ -4,7 +4,7 @@
     then level by level
       list.wgsl    the samples that some tile requests, and their share of the atlas
       fit.wgsl     their maps' windows, around the receivers in the tiles that request them
-      lookup.wgsl  each map looked up once per pixel, and remembered as a bit (batch by batch, after its draw)
+      lookup.wgsl  each map looked up once per pixel, whose answer is a bit (batch by batch, after its draw)
       trace.wgsl   or rays traced, where there are no maps or they are not certain
       compare.wgsl the paper's test of neighbouring maps, in the camera's image
       refine.wgsl  cells that failed are refined, and request the next level's samples
@@ -27,7 +27,7 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Bindings, Program, Resource, declared
-from softshadows.lights.jitter import placed, places_of
+from softshadows.lights.jitter import placed, strata_of
 from softshadows.lights.lattice import Lattice
 from softshadows.lights.sample_sets import SampledLight, SampleSet
 from softshadows.scene.lights import Light
@@ -96,7 +96,7 @@ class AdaptiveSampling:
             self._maps = ShadowMaps(gpu, scene, gbuffer, plan, MapOptions(caches=True))
             self._samples, self._receivers = self._maps.samples, self._maps.receivers
         else:
-            self._samples = SampleSet(gpu, lattice.samples, places=places_of(options.offsets))
+            self._samples = SampleSet(gpu, lattice.samples, places=strata_of(options.offsets))
             self._receivers = ReceiverBoxes(gpu, scene, gbuffer, self._samples.light)
         self._tiles = tiles_of(context.gbuffer.size)
         mask_sets = 2 if options.visibility == "hybrid" else 1  # what is visible, and what maps are not certain about

@@ -2,7 +2,7 @@
 // certain about, and remember the answers as bits.
 
 //#include "visibility/rays/light_rays.wgsl"
-//#include "lights/sample_places.wgsl"
+//#include "lights/stratified.wgsl"
 //#include "batch.wgsl"
 
 override follows_maps: bool;
@@ -28,7 +28,7 @@ fn left_in(tile: u32, row: u32, lane: u32) -> u32 {
     }
     let requested = requested_samples(tile, row);
     if follows_maps {
-        return requested & remembered(unknown_by(tile), row, lane);
+        return requested & row_bits(unknown_by(tile), row, lane);
     }
     return requested;
 }
@@ -75,10 +75,10 @@ fn cs_trace(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
                 left = left_in(asked.tile, row, lane);
             }
         }
-        let is_open = open_segments(packet);
+        let is_unoccluded = trace_visibility(packet);
         for (var i = 0u; i < waiting_count; i++) {
             let place = place_of(asked.tile, lane, waiting[i]);
-            masks[place.word] |= select(0u, place.bit, is_open[i]);
+            visibility_bits[place.word] |= select(0u, place.bit, is_unoccluded[i]);
         }
     }
     if was_cut_short {

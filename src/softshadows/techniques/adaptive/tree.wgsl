@@ -104,12 +104,12 @@ fn list_index(group: vec3u) -> u32 {
     return group.y * GROUPS_PER_ROW + group.x;
 }
 
-// Where a pixel's look-ups are remembered: two rows of 16 samples to a word, then a word with every row's 17th.
+// Where a pixel's look-ups are stored: two rows of 16 samples to a word, then a word with every row's 17th.
 fn mask_index(tile: u32, word: u32, lane: u32) -> u32 {
     return (tile * mask_words() + word) * PIXELS + lane;
 }
 
-// Where, in place of a tile, it is remembered which samples the maps were not certain about.
+// Where, in place of a tile, bits say which samples the maps were not certain about.
 fn unknown_by(tile: u32) -> u32 {
     return tile_count() + tile;
 }

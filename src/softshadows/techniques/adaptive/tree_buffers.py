@@ -28,7 +28,10 @@ def tiles_of(size: tuple[int, int]) -> tuple[int, int]:
 
 
 class TreeBuffers:
-    """Of one light at a time; `clear` before the next. `masks` holds `mask_sets` answers for each sample and pixel."""
+    """Buffers of one light at a time; `clear` before the next.
+
+    `visibility_bits` holds `mask_sets` bits for each sample and pixel.
+    """
 
     def __init__(self, gpu: Gpu, lattice: Lattice, shape: TreeShape, mask_sets: int) -> None:
         columns, rows = tiles_of(shape.image_size)
@@ -43,7 +46,7 @@ class TreeBuffers:
         self.shape = gpu.uniform(shape)
         self.trees = buffer(trees * lattice.rows + cell_rows)
         self.failures = buffer(cell_rows * QUADRANTS + tiles)
-        self.masks = buffer(mask_sets * tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE)
+        self.visibility_bits = buffer(mask_sets * tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE)
         self.active_tiles = buffer((lattice.depth + 1) * tiles)
         self.control = buffer(CONTROL_WORDS)
         self.dispatches = buffer(8 * (lattice.depth + 1), wgpu.BufferUsage.INDIRECT)

@@ -5,9 +5,9 @@
 //#include "passes/gbuffer/receiver.wgsl"
 //#include "tree.wgsl"
 //#include "cells.wgsl"
-//#include "remembered.wgsl"
+//#include "visibility_bits.wgsl"
 
-@group(3) @binding(4) var<storage, read> masks: array<u32>;               // tree.wgsl mask_index()
+@group(3) @binding(4) var<storage, read> visibility_bits: array<u32>;               // tree.wgsl mask_index()
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 

@@ -19,7 +19,7 @@ struct SkinVertex {
     @builtin(position) position: vec4f,
     @location(0) @interpolate(linear) share: f32,          // 0 at the occluder, 1 at the receiver
     @location(1) @interpolate(flat) is_after: u32,          // the segment after the map's sample, not before
-    @location(2) @interpolate(flat) edge: vec2f,            // the occluder's u and closeness in this map
+    @location(2) @interpolate(flat) edge: vec2f,            // the occluder's u and inverse depth in this map
     @location(3) @interpolate(flat) segment: f32,           // from this sample to the skin's, metres along the light
     @location(4) @interpolate(flat) view: u32,
 };
@@ -32,9 +32,9 @@ fn corner(index: u32) -> vec2f {
 }
 
 // A place in the atlas, in texels, as clip coordinates.
-fn clip_position(texel: vec2f, closeness: f32) -> vec4f {
+fn clip_position(texel: vec2f, inverse_depth: f32) -> vec4f {
     let ndc = 2.0 * texel / f32(maps.atlas_size) - 1.0;
-    return vec4f(ndc.x, -ndc.y, clamp(closeness * maps.depth_scale, 0.0, 1.0), 1.0);
+    return vec4f(ndc.x, -ndc.y, clamp(inverse_depth * maps.depth_scale, 0.0, 1.0), 1.0);
 }
 
 // The tile of every sample, to be emptied.
@@ -63,8 +63,8 @@ fn vs_skin(@builtin(vertex_index) index: u32, @builtin(instance_index) instance:
     // Between the texels of the jump, moved to this map.
     let u = column_position(source * FACES + face, column + 0.5);
     let segment = light_samples.points[source].x - light_samples.points[own].x;
-    let edge = u + segment * skin.occluder_closeness;
-    let end = u + segment * skin.receiver_closeness;
+    let edge = u + segment * skin.occluder_inverse_depth;
+    let end = u + segment * skin.receiver_inverse_depth;
     let beyond = sign(end - edge) * BEYOND_TEXELS / view.texels_per_unit.x;
 
     // Its columns, as far as they lie in the view.
@@ -73,26 +73,26 @@ fn vs_skin(@builtin(vertex_index) index: u32, @builtin(instance_index) instance:
     let wanted = (select(end + beyond, edge, at.x == 0.0) - view.window_low.x) * view.texels_per_unit.x;
     let x = clamp(wanted, last.x, last.y);
     let share = (view.window_low.x + x / view.texels_per_unit.x - edge) / (end - edge);
-    let closeness = mix(skin.occluder_closeness, skin.receiver_closeness, share);
-    let bias = BIAS_TEXELS * closeness_of_extent(skin.occluder_closeness, 1.0 / view.texels_per_unit.x);
+    let inverse_depth = mix(skin.occluder_inverse_depth, skin.receiver_inverse_depth, share);
+    let bias = BIAS_TEXELS * inverse_depth_of_extent(skin.occluder_inverse_depth, 1.0 / view.texels_per_unit.x);
 
     var vertex: SkinVertex;
-    vertex.position = clip_position(vec2f(view.origin) + vec2f(x, row + at.y), closeness + bias);
+    vertex.position = clip_position(vec2f(view.origin) + vec2f(x, row + at.y), inverse_depth + bias);
     vertex.share = share;
     vertex.is_after = select(0u, 1u, source > own);
-    vertex.edge = vec2f(edge, skin.occluder_closeness);
+    vertex.edge = vec2f(edge, skin.occluder_inverse_depth);
     vertex.segment = segment;
     vertex.view = own * FACES + face;
     return vertex;
 }
 
 // [Heidrich2000 Eq. 1] The light is seen from this map's sample to where the line from the texel's own surface past the
-// occluder's edge meets it. In tangents and closenesses that place is (edge - u) / (closeness of edge - of surface).
+// occluder's edge meets it. In tangents and inverse depthes that place is (edge - u) / (inverse depth of edge - of surface).
 fn rational_share(vertex: SkinVertex) -> f32 {
     let view = shadow_views[vertex.view];
     let texel = vec2u(vertex.position.xy) - view.origin;
     let u = column_position(vertex.view, f32(texel.x));
-    let apart = max(vertex.edge.y - map_closeness(vertex.view, texel), 1e-6 * vertex.edge.y);
+    let apart = max(vertex.edge.y - map_inverse_depth(vertex.view, texel), 1e-6 * vertex.edge.y);
     return (vertex.edge.x - u) / (apart * vertex.segment);
 }
 

@@ -20,7 +20,7 @@ override knows_rows: bool;    // visibility takes what the rows show into accoun
 
 const PIXEL_STEP = 4u;    // of the picture, every fourth pixel along each side is asked
 const TESTED = 31u;
-const NEAREST = 1e9;         // closeness: the rows are followed to their ends
+const NEAREST = 1e9;         // inverse depth: the rows are followed to their ends
 const MIDDLE_BINS = 3u << (BINS / 2u - 1u);
 
 @compute @workgroup_size(1)
@@ -29,20 +29,20 @@ fn cs_begin() {
 }
 
 // Do the rows of the outer maps show that the middle is hidden from the receiver? 1 yes, 0 no, 0.5 at its border.
-fn hidden_in_rows(start: Sight, end: Sight, length: f32) -> f32 {
+fn hidden_in_rows(start: MapSample, end: MapSample, length: f32) -> f32 {
     let hidden = hidden_bins(start, length, 1.0, NEAREST).bins | reverseBits(hidden_bins(end, length, -1.0, NEAREST).bins);
     return 0.5 * f32(countOneBits(hidden & MIDDLE_BINS));
 }
 
 // Do the outer samples know otherwise of the middle than it sees itself?
 fn is_contradicted(middle: u32, step: u32, receiver: Receiver) -> bool {
-    let start = line_sight(middle - step, receiver);
-    let end = line_sight(middle + step, receiver);
-    let outer_are_seen = sight_is_lit(start);
-    if outer_are_seen != sight_is_lit(end) {
+    let start = line_map_sample(middle - step, receiver);
+    let end = line_map_sample(middle + step, receiver);
+    let outer_are_seen = map_sample_is_lit(start);
+    if outer_are_seen != map_sample_is_lit(end) {
         return false;
     }
-    let middle_is_seen = sight_is_lit(line_sight(middle, receiver));
+    let middle_is_seen = map_sample_is_lit(line_map_sample(middle, receiver));
     if outer_are_seen && middle_is_seen {
         return false;
     }

@@ -1,6 +1,6 @@
 // Light through gaps that neither end of a segment sees: looked for along the row of both maps.
 //
-// In a row of rectified maps, a receiver at (u, closeness c) sees the light x metres from the map's sample along the straight
+// In a row of rectified maps, a receiver at (u, inverse depth c) sees the light x metres from the map's sample along the straight
 // line that leaves (u, c) at slope 1 / x. So every texel in front of the receiver hides a known stretch of the light, and a
 // surface that goes on to the next texel hides what lies between. Neither map shows all surfaces: both together hide what they
 // can. The segment is judged in BINS parts, one bit each.
@@ -24,25 +24,25 @@ struct Hidden {
 };
 
 // What the map's surfaces hide of the segment, counted from its sample on: towards larger u for `direction` 1, smaller for -1.
-// `nearest` is the closeness of the row's nearest surface.
-fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidden {
-    let view = shadow_views[sight.view];
-    let texel = covering_texel(sight);
+// `nearest` is the inverse depth of the row's nearest surface.
+fn hidden_bins(map_sample: MapSample, length: f32, direction: f32, nearest: f32) -> Hidden {
+    let view = shadow_views[map_sample.view];
+    let texel = covering_texel(map_sample);
     let extent = 1.0 / view.texels_per_unit.x;
     let v = view.window_low.y + (f32(texel.y) + 0.5) / view.texels_per_unit.y;
-    let closeness = plane_closeness(sight.plane_normal, sight.plane_offset, vec2f(sight.position.x, v));
-    let rise = sight.plane_normal.x * extent * direction / sight.plane_offset;  // of the receiver's plane, per texel
-    let bias = SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * closeness_of_extent(closeness, extent);
-    let farthest = length * max(nearest - closeness, 0.0);  // where that would hide the segment's other end
+    let inverse_depth = plane_inverse_depth(map_sample.plane_normal, map_sample.plane_offset, vec2f(map_sample.position.x, v));
+    let rise = map_sample.plane_normal.x * extent * direction / map_sample.plane_offset;  // of the receiver's plane, per texel
+    let bias = SNAP_BIAS_TEXELS * abs(rise) + CURVATURE_BIAS_TEXELS * inverse_depth_of_extent(inverse_depth, extent);
+    let farthest = length * max(nearest - inverse_depth, 0.0);  // where that would hide the segment's other end
     let steps = u32(clamp(farthest / extent + 1.0, 0.0, f32(view.size.x)));
 
     var hidden = 0u;
     var column = i32(texel.x);
     let step = i32(direction);
     // How far the texel's centre lies from the receiver, in the walk's direction.
-    var away = (column_position(sight.view, f32(column)) - sight.position.x) * direction;
-    var on_plane = closeness + rise * away / extent;
-    var before = 0.0;   // closeness, share and change of the texel before
+    var away = (column_position(map_sample.view, f32(column)) - map_sample.position.x) * direction;
+    var on_plane = inverse_depth + rise * away / extent;
+    var before = 0.0;   // inverse depth, share and change of the texel before
     var before_share = 0.0;
     var before_change = 0.0;
     for (var i = 0u; i <= steps; i++) {
@@ -52,13 +52,13 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
         if hidden == 0xffffffffu {
             break;
         }
-        let here = map_closeness(sight.view, vec2u(u32(column), texel.y));
+        let here = map_inverse_depth(map_sample.view, vec2u(u32(column), texel.y));
         let change = here - before;
         if here > on_plane + bias {
-            let scale = 1.0 / ((here - closeness) * length);
+            let scale = 1.0 / ((here - inverse_depth) * length);
             let share = away * scale;
             hidden |= bins_between(share - EDGE_TEXELS * extent * scale, share + EDGE_TEXELS * extent * scale);
-            let smooth_change = max(SMOOTH_JUMP_TEXELS * closeness_of_extent(here, extent), SMOOTH_SLOPES * abs(before_change));
+            let smooth_change = max(SMOOTH_JUMP_TEXELS * inverse_depth_of_extent(here, extent), SMOOTH_SLOPES * abs(before_change));
             if before > 0.0 && abs(change) <= smooth_change {
                 hidden |= bins_between(before_share, share);
             }
@@ -77,7 +77,7 @@ fn hidden_bins(sight: Sight, length: f32, direction: f32, nearest: f32) -> Hidde
 
 // The share of the segment between the ends' own shares that neither map's surfaces hide. What neither map shows counts
 // `unknown_weight`.
-fn share_between(start: Sight, end: Sight, length: f32, shares: vec2f, nearest: vec2f, unknown_weight: f32) -> f32 {
+fn share_between(start: MapSample, end: MapSample, length: f32, shares: vec2f, nearest: vec2f, unknown_weight: f32) -> f32 {
     let margins = select(vec2f(0.0), vec2f(1.0 / f32(BINS)), shares > vec2f(0.0));
     let between = bins_between(shares.x + margins.x, 1.0 - shares.y - margins.y);
     if between == 0u || shares.x + shares.y >= 1.0 {

@@ -46,7 +46,7 @@ Inputs
 Cost
     3 to 9 shadow maps, 8 bytes per texel of all that there may be; 4 MiB of skins or more; a look-up per pixel
     and map, and in penumbrae a walk along the rows. Two samples of the paper's take 1.03 to 1.2 of the time of two hard
-    shadows, and 1.05 with the maps kept.
+    shadows, and 1.05 with the maps cached.
 """
 
 from __future__ import annotations
@@ -120,17 +120,17 @@ class LineShadowMapsPass(TechniquePass):
         # By whether the light has a length.
         self._soft_maps: Workers[bool, SoftMaps] = Workers(self._new_maps, context.memory_budget)
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
-        self.turns: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
+        self.by_light: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
 
     def write(self, lights: Mapping[int, Light]) -> None:
         written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
         if written == self._written:
             return
         self._written = written
-        turns = self._soft_maps.assign({layer: light.has_size for layer, light in lights.items()})
-        for maps, layers in lights_of(turns).items():
+        by_light = self._soft_maps.assign({layer: light.has_size for layer, light in lights.items()})
+        for maps, layers in lights_of(by_light).items():
             maps.write([(lights[layer], layer) for layer in layers], keeps_looser_fits=self.keeps_looser_fits)
-        self.turns = [*turns.values()]
+        self.by_light = [*by_light.values()]
         self.bytes = self._soft_maps.bytes
 
     def _new_maps(self, has_length: bool) -> SoftMaps:
@@ -150,7 +150,7 @@ class LineShadowMapsPass(TechniquePass):
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
-        for maps, index in self.turns:
+        for maps, index in self.by_light:
             maps.encode(commands, index)
 
     @property

@@ -57,9 +57,9 @@ class SoftMapContents:
 def read_maps(renderer: Any) -> SoftMapContents:
     """What the last frame of a renderer with line_shadow_maps left in its maps. OptionError for another renderer."""
     at_work = getattr(renderer.passes, "technique", None)
-    if not isinstance(at_work, LineShadowMapsPass) or not at_work.turns:
+    if not isinstance(at_work, LineShadowMapsPass) or not at_work.by_light:
         raise OptionError("pictures of soft shadow maps need a renderer that has rendered with line_shadow_maps")
-    maps, _ = at_work.turns[-1]
+    maps, _ = at_work.by_light[-1]
     queue, plan = maps.gpu.device.queue, maps.plan
     size = plan.atlas_size
 

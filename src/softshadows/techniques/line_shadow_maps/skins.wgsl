@@ -12,7 +12,7 @@
 @group(1) @binding(4) var<storage, read_write> search: vec3u;                 // arguments of the dispatch of cs_find
 @group(1) @binding(5) var<storage, read_write> report: array<u32>;
 
-@group(1) @binding(6) var<storage, read_write> nearest_in_row: array<f32>;  // closeness, by sample and number of the row
+@group(1) @binding(6) var<storage, read_write> nearest_in_row: array<f32>;  // inverse depth, by sample and number of the row
 
 override capacity: u32;         // of skins
 override threshold_texels: f32;
@@ -47,17 +47,17 @@ fn clamped_texel(view: u32, texel: vec2i) -> vec2u {
     return vec2u(clamp(texel, vec2i(0), vec2i(shadow_views[view].size) - 1));
 }
 
-fn closeness_at(view: u32, column: i32, row: i32) -> f32 {
-    return map_closeness(view, clamped_texel(view, vec2i(column, row)));
+fn inverse_depth_at(view: u32, column: i32, row: i32) -> f32 {
+    return map_inverse_depth(view, clamped_texel(view, vec2i(column, row)));
 }
 
-// [Heidrich2000 §4] 3×3 Laplacian of Gaussian. Closeness is affine on a plane, so this is zero on planes at any slope:
+// [Heidrich2000 §4] 3×3 Laplacian of Gaussian. Inverse depth is affine on a plane, so this is zero on planes at any slope:
 // negative on the near side of a jump, positive on its far side, and of one sign alone along a crease.
 fn laplacian(view: u32, column: i32, row: i32) -> f32 {
-    var sum = -9.0 * closeness_at(view, column, row);
+    var sum = -9.0 * inverse_depth_at(view, column, row);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            sum += closeness_at(view, column + x, row + y);
+            sum += inverse_depth_at(view, column + x, row + y);
         }
     }
     return sum;
@@ -78,8 +78,8 @@ fn add_skin(sample: u32, view: u32, column: i32, row: i32, near_is_right: bool, 
     let step = select(-1, 1, near_is_right);
     let near_column = column + select(0, 1, near_is_right);
     let jump = near - far;
-    let occluder = carried_on(near, closeness_at(view, near_column + step, row), jump);
-    let receiver = select(0.0, max(carried_on(far, closeness_at(view, near_column - 2 * step, row), jump), 0.0), far > 0.0);
+    let occluder = carried_on(near, inverse_depth_at(view, near_column + step, row), jump);
+    let receiver = select(0.0, max(carried_on(far, inverse_depth_at(view, near_column - 2 * step, row), jump), 0.0), far > 0.0);
     let index = atomicAdd(&draws[DRAW + INSTANCES], 1u);
     if index < capacity {
         let texel = u32(column) | (u32(row) << 16u);
@@ -87,15 +87,15 @@ fn add_skin(sample: u32, view: u32, column: i32, row: i32, near_is_right: bool, 
     }
 }
 
-// Skins between columns `first` and `end` of a row; returns the nearest closeness on the way.
+// Skins between columns `first` and `end` of a row; returns the nearest inverse depth on the way.
 fn find_between(sample: u32, view: u32, row: i32, first: i32, end: i32) -> f32 {
     let texels = threshold_texels / shadow_views[view].texels_per_unit.x;
-    var here = closeness_at(view, first, row);
+    var here = inverse_depth_at(view, first, row);
     var nearest = here;
     for (var column = first; column < end; column++) {
-        let next = closeness_at(view, column + 1, row);
+        let next = inverse_depth_at(view, column + 1, row);
         let near = max(here, next);
-        let least = closeness_of_extent(near, texels);
+        let least = inverse_depth_of_extent(near, texels);
         if abs(next - here) > least {
             let near_is_right = next > here;
             let near_column = column + select(0, 1, near_is_right);

@@ -55,8 +55,8 @@ class Skin(Struct):
 
     texel: U32
     ends: U32
-    occluder_closeness: F32
-    receiver_closeness: F32
+    occluder_inverse_depth: F32
+    receiver_inverse_depth: F32
 
 
 class Control(Struct):

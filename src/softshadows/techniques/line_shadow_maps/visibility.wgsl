@@ -9,7 +9,7 @@
 @group(1) @binding(0) var<storage, read> control: Control;
 @group(1) @binding(1) var channels: texture_2d<f32>;
 @group(1) @binding(2) var<storage, read_write> report: array<atomic<u32>>;
-@group(1) @binding(3) var<storage, read> nearest_in_row: array<f32>;  // closeness, by sample and number of the row
+@group(1) @binding(3) var<storage, read> nearest_in_row: array<f32>;  // inverse depth, by sample and number of the row
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 
 override both_ends_see_all: bool = false;
@@ -22,27 +22,27 @@ const CLAMPED = 0u;          // words of the report
 
 // What a sample knows: whether it is seen, and the shares of the segments before and after it that are seen from its side.
 struct Seen {
-    sight: Sight,
+    map_sample: MapSample,
     is_lit: bool,
     before: f32,
     after: f32,
 };
 
 fn look(sample: u32, receiver: Receiver) -> Seen {
-    let sight = line_sight(sample, receiver);
-    if !sight_is_lit(sight) {
-        return Seen(sight, false, 0.0, 0.0);
+    let map_sample = line_map_sample(sample, receiver);
+    if !map_sample_is_lit(map_sample) {
+        return Seen(map_sample, false, 0.0, 0.0);
     }
-    if !is_rectified(sight) {
-        return Seen(sight, true, UNTOUCHED, UNTOUCHED);
+    if !is_rectified(map_sample) {
+        return Seen(map_sample, true, UNTOUCHED, UNTOUCHED);
     }
-    let found = textureLoad(channels, shadow_views[sight.view].origin + covering_texel(sight), 0).rg;
-    return Seen(sight, true, found.x, found.y);
+    let found = textureLoad(channels, shadow_views[map_sample.view].origin + covering_texel(map_sample), 0).rg;
+    return Seen(map_sample, true, found.x, found.y);
 }
 
-// The nearest closeness in the row of the sample's map that the sight goes through.
-fn nearest_beside(sample: u32, sight: Sight) -> f32 {
-    return nearest_in_row[first_row(sample) + row_number(sight.view, covering_texel(sight).y)];
+// The nearest inverse depth in the row of the sample's map that the map sample goes through.
+fn nearest_beside(sample: u32, map_sample: MapSample) -> f32 {
+    return nearest_in_row[first_row(sample) + row_number(map_sample.view, covering_texel(map_sample).y)];
 }
 
 // The shares of the segment between two neighbouring samples that count for one and for the other; their sum is visible.
@@ -52,14 +52,14 @@ fn segment_shares(sample: u32, next: u32, start: Seen, end: Seen) -> vec2f {
     if all(are_untouched) || (both_ends_see_all && start.is_lit && end.is_lit) {
         return vec2f(HALF);
     }
-    if !looks_for_gaps || !is_rectified(start.sight) || !is_rectified(end.sight) {
+    if !looks_for_gaps || !is_rectified(start.map_sample) || !is_rectified(end.map_sample) {
         return select(shares, vec2f(HALF), are_untouched);
     }
     let length = light_samples.points[next].x - light_samples.points[sample].x;
-    let nearest = vec2f(nearest_beside(sample, start.sight), nearest_beside(next, end.sight));
+    let nearest = vec2f(nearest_beside(sample, start.map_sample), nearest_beside(next, end.map_sample));
     let known = select(shares, vec2f(0.0), are_untouched);
     let unknown_weight = select(0.0, HALF, any(are_untouched));
-    return known + HALF * share_between(start.sight, end.sight, length, known, nearest, unknown_weight);
+    return known + HALF * share_between(start.map_sample, end.map_sample, length, known, nearest, unknown_weight);
 }
 
 @compute @workgroup_size(8, 8)
@@ -69,7 +69,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     if light_samples.count == 1u {
-        visibility[receiver.index] = select(0.0, 1.0, sight_is_lit(line_sight(0u, receiver)));
+        visibility[receiver.index] = select(0.0, 1.0, map_sample_is_lit(line_map_sample(0u, receiver)));
         return;
     }
     // [Heidrich2000 §3.3] Segments between neighbouring samples are lights of their own.

@@ -8,7 +8,7 @@
 //#include "passes/gbuffer/pixel.wgsl"
 
 @group(3) @binding(0) var edge_map: texture_2d<u32>;
-@group(3) @binding(1) var<storage, read> cells: array<f32>;  // the greatest closeness in each cell of every row
+@group(3) @binding(1) var<storage, read> cells: array<f32>;  // the greatest inverse depth in each cell of every row
 @group(3) @binding(2) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(3) var<storage, read> influence: array<vec2f>;  // f at even places along a segment, its integral up to there
 
@@ -24,25 +24,25 @@ struct Part {
 };
 
 fn look_from(sample: u32, receiver: Receiver) -> Look {
-    let sight = line_sight(sample, receiver);
-    let view = shadow_views[sight.view];
+    let map_sample = line_map_sample(sample, receiver);
+    let view = shadow_views[map_sample.view];
     let texel_extent = 1.0 / view.texels_per_unit;
-    let texel = (sight.position - view.window_low) * view.texels_per_unit - 0.5;
+    let texel = (map_sample.position - view.window_low) * view.texels_per_unit - 0.5;
     let by_column = vec2f(texel_extent.x, 0.0);
     let by_row = vec2f(0.0, texel_extent.y);
-    let next_column = plane_closeness(sight.plane_normal, sight.plane_offset, sight.position + by_column);
-    let next_row = plane_closeness(sight.plane_normal, sight.plane_offset, sight.position + by_row);
-    let texel_closeness = closeness_of_extent(sight.closeness, max(texel_extent.x, texel_extent.y));
+    let next_column = plane_inverse_depth(map_sample.plane_normal, map_sample.plane_offset, map_sample.position + by_column);
+    let next_row = plane_inverse_depth(map_sample.plane_normal, map_sample.plane_offset, map_sample.position + by_row);
+    let texel_inverse_depth = inverse_depth_of_extent(map_sample.inverse_depth, max(texel_extent.x, texel_extent.y));
     return Look(
         sample,
-        sight_is_lit(sight),
-        is_rectified(sight),
-        sight.view,
+        map_sample_is_lit(map_sample),
+        is_rectified(map_sample),
+        map_sample.view,
         texel,
-        sight.position.x,
-        sight.closeness,
-        vec2f(next_column, next_row) - sight.closeness,
-        CURVATURE_BIAS_TEXELS * texel_closeness,
+        map_sample.position.x,
+        map_sample.inverse_depth,
+        vec2f(next_column, next_row) - map_sample.inverse_depth,
+        CURVATURE_BIAS_TEXELS * texel_inverse_depth,
     );
 }
 
@@ -67,9 +67,9 @@ fn share_before(entry: u32, look: Look, row: u32, side: u32) -> f32 {
     // Where the map jumps, the edge lies between its last texel and the first one of what is behind.
     let border = select(0.0, 0.5 * direction(side), (entry & EDGE_JUMPS) != 0u);
     let edge_position = column_position(look.view, f32(column) - border);
-    let edge_closeness = map_closeness(look.view, vec2u(column, row));
+    let edge_inverse_depth = map_inverse_depth(look.view, vec2u(column, row));
     let ahead = direction(side) * (edge_position - look.position);
-    return visible_share(ahead, edge_closeness - look.closeness, segment_length(look.sample, side));
+    return visible_share(ahead, edge_inverse_depth - look.inverse_depth, segment_length(look.sample, side));
 }
 
 fn edge_entry(view: ShadowView, texel: vec2u, side: u32) -> u32 {
@@ -112,17 +112,17 @@ fn searched_influence(first: Look, second: Look) -> vec2f {
 }
 
 // Does the sample at the segment's other end see what this sample's map shows at the fragment's texel? Then its map has much the
-// same closeness at the corresponding texel.
+// same inverse depth at the corresponding texel.
 fn other_sees_texel(look: Look, other: Look, side: u32) -> bool {
     let last = vec2f(shadow_views[look.view].size) - 1.0;
     let texel = clamp(round(look.texel), vec2f(0.0), last);
-    let closeness = map_closeness(look.view, vec2u(texel));
+    let inverse_depth = map_inverse_depth(look.view, vec2u(texel));
     let texels_per_unit = shadow_views[look.view].texels_per_unit.x;
     let reach = segment_length(look.sample, side) * texels_per_unit;
     let apart = column_position(look.view, texel.x) - column_position(other.view, 0.0);
-    let moved = apart * texels_per_unit - direction(side) * reach * closeness;
-    let there = map_closeness(other.view, vec2u(vec2f(clamp(round(moved), 0.0, last.x), texel.y)));
-    return (there - closeness) * reach <= SEEN_TEXELS;
+    let moved = apart * texels_per_unit - direction(side) * reach * inverse_depth;
+    let there = map_inverse_depth(other.view, vec2u(vec2f(clamp(round(moved), 0.0, last.x), texel.y)));
+    return (there - inverse_depth) * reach <= SEEN_TEXELS;
 }
 
 // What the edge leaves of the segment from this end. For a fragment that only this end sees, `is_alone`, whose texel has no

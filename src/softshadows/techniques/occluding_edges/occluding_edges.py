@@ -213,7 +213,7 @@ class OccludingEdgesPass(TechniquePass):
         self._edge_maps: Workers[str, EdgeMaps] = Workers(self._new_maps, context.memory_budget)
         self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.lights: tuple[Light, ...] = ()
-        self.turns: list[tuple[EdgeMaps, int]] = []  # per light: its maps, and its index there
+        self.by_light: list[tuple[EdgeMaps, int]] = []  # per light: its maps, and its index there
 
     def _new_maps(self, kind: str) -> EdgeMaps:
         return EdgeMaps(self._context, self._technique, self._influence)
@@ -223,17 +223,17 @@ class OccludingEdgesPass(TechniquePass):
         if written == self._written:
             return
         self._written, self.lights = written, tuple(lights.values())
-        turns = self._edge_maps.assign({layer: light.kind for layer, light in lights.items()})
-        for edge_maps, layers in lights_of(turns).items():
+        by_light = self._edge_maps.assign({layer: light.kind for layer, light in lights.items()})
+        for edge_maps, layers in lights_of(by_light).items():
             own = [(lights[layer], layer) for layer in layers]
             edge_maps.maps.write(own, keeps_looser_fits=self.keeps_looser_fits)
-        self.turns = [*turns.values()]
+        self.by_light = [*by_light.values()]
         self.shadow_maps = self._technique.samples * len(lights)
         self.lookups_per_pixel = float(LOOKUPS * self.shadow_maps)
         self.bytes = self._edge_maps.bytes + self._influence.size
 
     def encode(self, commands: Commands) -> None:
-        for edge_maps, index in self.turns:
+        for edge_maps, index in self.by_light:
             edge_maps.encode(commands, index)
 
 

@@ -1,6 +1,6 @@
 // Find the occluding edges in every row of the maps, and hand each one to the texels in its penumbra.
 //
-// Seen from the other end of a segment of length s, a point at u, closeness w, lies at u - s w. Along a row, points keep that
+// Seen from the other end of a segment of length s, a point at u, inverse depth w, lies at u - s w. Along a row, points keep that
 // order: what comes earlier there than something it follows here is hidden by it, wholly or in part. The edge is the
 // outermost thing that was passed, so the paper's steps 2 and 3 are one prefix minimum with its place.
 //
@@ -9,7 +9,7 @@
 //#include "edge_map.wgsl"
 
 @group(3) @binding(0) var edge_map: texture_storage_2d<r32uint, write>;
-@group(3) @binding(1) var<storage, read_write> cells: array<f32>;  // the greatest closeness in each cell of every row
+@group(3) @binding(1) var<storage, read_write> cells: array<f32>;  // the greatest inverse depth in each cell of every row
 
 override uses_tilt: bool;
 override uses_order: bool;
@@ -24,13 +24,13 @@ struct Cell {
     first: u32,
     end: u32,
     side: u32,
-    reach: f32,  // texels of disparity per closeness
+    reach: f32,  // texels of disparity per inverse depth
 };
 
-// A texel's closeness, and [Reimann2016 §3.1] where its surface lies in the order seen from the segment's other end: walking
+// A texel's inverse depth, and [Reimann2016 §3.1] where its surface lies in the order seen from the segment's other end: walking
 // on, that gets less.
 struct Texel {
-    closeness: f32,
+    inverse_depth: f32,
     place: f32,
 };
 
@@ -47,8 +47,8 @@ fn load_texel(view: ShadowView, cell: Cell, column: i32) -> Texel {
     if u32(column) >= view.size.x {  // or before the row, where it wraps around
         return Texel(0.0, OUT_OF_ROW);
     }
-    let closeness = textureLoad(shadow_atlas, view.origin + vec2u(u32(column), cell.row), 0) / maps.depth_scale;
-    return Texel(closeness, direction(cell.side) * f32(column) - cell.reach * closeness);
+    let inverse_depth = textureLoad(shadow_atlas, view.origin + vec2u(u32(column), cell.row), 0) / maps.depth_scale;
+    return Texel(inverse_depth, direction(cell.side) * f32(column) - cell.reach * inverse_depth);
 }
 
 fn jumps(here: f32, next: f32) -> bool {
@@ -66,7 +66,7 @@ fn is_edge_by_order(here: f32, next: f32, after: f32) -> bool {
     return next > here && after > here;
 }
 
-// What comes of a walk: the edge passed last, the place that comes last of all, and the greatest closeness.
+// What comes of a walk: the edge passed last, the place that comes last of all, and the greatest inverse depth.
 struct Walked {
     passed: Passed,
     last_place: f32,
@@ -85,7 +85,7 @@ fn walk(view: ShadowView, cell: Cell, start: Passed) -> Walked {
     for (var left = cell.end - cell.first; left > 0u; left--) {
         let after = load_texel(view, cell, column + 2 * step);
         walked.last_place = max(walked.last_place, here.place);
-        walked.nearest = max(walked.nearest, here.closeness);
+        walked.nearest = max(walked.nearest, here.inverse_depth);
         if here.place > walked.passed.place {
             word |= walked.passed.entry << (16u * (u32(column) % 2u));
         } else if (uses_tilt && is_edge_by_tilt(before, here.place, next.place))

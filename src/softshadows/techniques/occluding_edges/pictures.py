@@ -89,7 +89,7 @@ def read_edges(renderer: Any) -> Edges:
         raise OptionError(
             "these pictures show occluding edges: render a frame with technique 'occluding_edges' and a light first"
         )
-    edge_maps, _ = work.turns[-1]
+    edge_maps, _ = work.by_light[-1]
     queue, side = renderer._gpu.device.queue, edge_maps.maps.plan.atlas_size
     data = queue.read_texture(
         {"texture": edge_maps.edge_map}, {"bytes_per_row": 4 * side, "rows_per_image": side}, (side, side, 1)

@@ -1,10 +1,10 @@
 // Everything in a row that hides a part of a segment of the light from a fragment: the edges inside the penumbra, too.
 //
-// A texel at u, closeness w, hides from a fragment at u', w' the point of the segment that lies (u - u') / (w - w') from the
+// A texel at u, inverse depth w, hides from a fragment at u', w' the point of the segment that lies (u - u') / (w - w') from the
 // map's sample. Walking along the row away from the fragment, what is hidden is gathered as bits, one for each part of the
 // segment. That is what the paper asks for under "Detecting Edges in the Penumbra", without further layers.
 
-//#needs EDGE_TEXELS, cell_width, cells, direction, first_cell, map_closeness, row_number, segment_length, shadow_views
+//#needs EDGE_TEXELS, cell_width, cells, direction, first_cell, map_inverse_depth, row_number, segment_length, shadow_views
 //#include "visibility/line_maps/segment_parts.wgsl"
 
 // What a sample knows of a fragment: whether it sees it, and how; and where that is in the map, from its texels' centres.
@@ -15,9 +15,9 @@ struct Look {
     view: u32,
     texel: vec2f,
     position: f32,
-    closeness: f32,
-    slope: vec2f,  // by which the closeness of its plane changes from column to column, and from row to row
-    bias: f32,     // of closeness, for surfaces that curve within a texel
+    inverse_depth: f32,
+    slope: vec2f,  // by which the inverse depth of its plane changes from column to column, and from row to row
+    bias: f32,     // of inverse depth, for surfaces that curve within a texel
 };
 
 const PARTS = 128u;
@@ -39,7 +39,7 @@ fn parts_between(low: f32, high: f32) -> vec4u {
 fn hidden_parts(look: Look, side: u32) -> vec4u {
     let width = i32(shadow_views[look.view].size.x);
     let row = u32(clamp(i32(round(look.texel.y)), 0, i32(shadow_views[look.view].size.y) - 1));
-    let own_closeness = look.closeness + look.slope.y * (f32(row) - look.texel.y);  // of its plane, in that row
+    let own_inverse_depth = look.inverse_depth + look.slope.y * (f32(row) - look.texel.y);  // of its plane, in that row
     let cell = i32(cell_width(look.view));
     let cell_base = first_cell(look.sample, row_number(look.view, row));
     let forth = i32(direction(side));
@@ -56,12 +56,12 @@ fn hidden_parts(look: Look, side: u32) -> vec4u {
         // A cell of which nothing is close enough to be between the fragment and the segment is passed at once.
         let ahead = f32(forth) * (f32(column) - look.texel.x);
         let in_cell = column / cell;
-        if (cells[cell_base + u32(in_cell)] - own_closeness) * reach <= ahead - 1.0 {
+        if (cells[cell_base + u32(in_cell)] - own_inverse_depth) * reach <= ahead - 1.0 {
             column = select(in_cell * cell - 1, (in_cell + 1) * cell, forth > 0);
             last_end = -1.0;
             continue;
         }
-        let closer = map_closeness(look.view, vec2u(u32(column), row)) - own_closeness;
+        let closer = map_inverse_depth(look.view, vec2u(u32(column), row)) - own_inverse_depth;
         let moves = closer * reach;
         let is_before_plane = closer > look.slope.x * (f32(column) - look.texel.x) + look.bias;
         if is_before_plane && moves > ahead - 1.0 && moves > 0.0 {

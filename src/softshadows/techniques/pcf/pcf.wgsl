@@ -12,11 +12,11 @@ override half_kernel_texels: f32;
 
 // [Reeves1987 §3] Compare first, then average.
 fn filter_shadow(receiver: Receiver) -> f32 {
-    let sight = sight_through(0u, receiver, receiver.position_ls);
-    if !sight.possible || !sight.covered {
-        return select(0.0, 1.0, sight.possible);
+    let map_sample = project_into_map(0u, receiver, receiver.position_ls);
+    if !map_sample.possible || !map_sample.covered {
+        return select(0.0, 1.0, map_sample.possible);
     }
-    return lit_share(sight, 0u, tap_count, half_kernel_texels);
+    return lit_share(map_sample, 0u, tap_count, half_kernel_texels);
 }
 
 @compute @workgroup_size(8, 8)

@@ -6,7 +6,7 @@
 
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;           // blocker taps, then filter taps
-@group(3) @binding(2) var<storage, read_write> nearest_bits: atomic<u32>;    // the nearest occluder's closeness in the map
+@group(3) @binding(2) var<storage, read_write> nearest_bits: atomic<u32>;    // the nearest occluder's inverse depth in the map
 
 override blocker_taps: u32;
 override filter_taps: u32;
@@ -33,23 +33,23 @@ fn search_scale(i: u32) -> f32 {
 
 // [Fernando2005 §blocker search] Mean of the blockers' distance over the receiver's, in a region that the nearest occluder of the
 // map could shadow from; negative where there is no blocker.
-fn mean_blocker_share(receiver: Receiver, center: Sight) -> f32 {
+fn mean_blocker_share(receiver: Receiver, center: MapSample) -> f32 {
     let nearest = bitcast<f32>(atomicLoad(&nearest_bits)) / maps.depth_scale;
-    let half_extent = penumbra_half_extent(nearest / center.closeness);
+    let half_extent = penumbra_half_extent(nearest / center.inverse_depth);
     var sum = 0.0;
     var blockers = 0.0;
     for (var i = 0u; i < blocker_taps; i++) {
         let tap = tap_on_light(i, 0u, blocker_taps) * search_scale(i);
-        let sight = sight_beside(receiver, tap * half_extent);
-        if !is_on_light(tap) || !sight.covered {
+        let map_sample = map_sample_beside(receiver, tap * half_extent);
+        if !is_on_light(tap) || !map_sample.covered {
             continue;
         }
-        let texel = covering_texel(sight);
-        if texel_is_lit(sight, texel) {
+        let texel = covering_texel(map_sample);
+        if texel_is_lit(map_sample, texel) {
             continue;
         }
         // A blocker farther from the light must be nearer the centre to hide any of it.
-        let ratio = stored_closeness(sight, texel) / sight.closeness;
+        let ratio = stored_inverse_depth(map_sample, texel) / map_sample.inverse_depth;
         if all(abs(tap) * half_extent <= penumbra_half_extent(ratio)) {
             sum += 1.0 / ratio;
             blockers += 1.0;
@@ -64,7 +64,7 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     if !receiver.is_surface {
         return;
     }
-    let center = sight_through(0u, receiver, receiver.position_ls);
+    let center = project_into_map(0u, receiver, receiver.position_ls);
     if !center.possible || !center.covered {
         visibility[receiver.index] = select(0.0, 1.0, center.possible);
         return;

@@ -2,7 +2,7 @@
 // receiver sees, added to its visibility. [Schwaerzler2012 Eq. 2]
 
 //#include "visibility/rays/light_rays.wgsl"
-//#include "lights/sample_places.wgsl"
+//#include "lights/stratified.wgsl"
 //#include "visibility/hybrid.wgsl"
 //#include "sum.wgsl"
 
@@ -20,7 +20,7 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < chunk.sample_count; i++) {
         let sample = chunk.first_sample + i;
         let can_be_seen = can_see(start, ray_to(start, light_sample_for(id.xy, sample)));
-        let answer = select(HIDDEN, map_answer(sample, receiver), can_be_seen);
+        let answer = select(HIDDEN, classify_by_map(sample, receiver), can_be_seen);
         visible_weight += select(0.0, light_samples.points[sample].z, answer == LIT);
         unknown |= select(0u, 1u << i, answer == UNKNOWN);
     }
@@ -30,9 +30,9 @@ fn cs_trace(@builtin(global_invocation_id) id: vec3u) {
             let sample = chunk.first_sample + firstTrailingBit(unknown);
             add_to_packet(start, sample, ray_to(start, light_sample_for(id.xy, sample)));
         }
-        let is_open = open_segments(packet);
+        let is_unoccluded = trace_visibility(packet);
         for (var i = 0u; i < 4u; i++) {
-            visible_weight += select(0.0, light_samples.points[waiting[i]].z, is_open[i]);
+            visible_weight += select(0.0, light_samples.points[waiting[i]].z, is_unoccluded[i]);
         }
     }
     add_chunk(receiver, visible_weight);

@@ -39,7 +39,7 @@ from typing import ClassVar
 import numpy as np
 
 from softshadows.lights.grid import WEIGHTS, grid_samples
-from softshadows.lights.jitter import placed, places_of
+from softshadows.lights.jitter import placed, strata_of
 from softshadows.lights.sample_sets import Samples, Sampling
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, RenderContext, Technique, TechniquePass
@@ -88,7 +88,7 @@ class Uniform(Technique):
         sampling = Sampling(self._samples)
         noise = min(NOISE_COLUMNS / max(self.grid - 1, 1), 1.0) if self._rays.denoise else None
         if isinstance(self.visibility, Rays):
-            places = places_of(self._rays.offsets)
+            places = strata_of(self._rays.offsets)
             rays = RaySource(context.gpu, context.scene, context.gbuffer, places)
             return LightPass(context, sampling, rays, TracedShare(context, rays, noise))
         is_hybrid = isinstance(self.visibility, Hybrid)

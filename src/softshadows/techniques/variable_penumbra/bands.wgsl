@@ -24,24 +24,24 @@ const RED = 4u;
 const BANDS = 3u;
 
 // Depth in metres along the map's axis, from wherever.
-fn axis_depth(closeness: f32) -> f32 {
-    return select(1.0 / closeness, closeness * (maps.near - maps.far), light.is_directional == 1u);
+fn axis_depth(inverse_depth: f32) -> f32 {
+    return select(1.0 / inverse_depth, inverse_depth * (maps.near - maps.far), light.is_directional == 1u);
 }
 
 // [Evans2014 Eq. 1] [Evans2014 Eq. 2] How far the neighbours lie before the texel, as a share of what the map spans: the positive
 // side of the Laplacian of depth, which is the background's. Where nothing was drawn, depth is the map's farthest.
 fn edge_strength(texel: vec2u) -> f32 {
-    let farthest = farthest_closeness();
-    let depth = axis_depth(max(texel_closeness(texel), farthest));
+    let farthest = farthest_inverse_depth();
+    let depth = axis_depth(max(texel_inverse_depth(texel), farthest));
     var sum = 0.0;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             if is_neighbour(vec2i(x, y)) {
-                sum += depth - axis_depth(max(texel_closeness(vec2u(vec2i(texel) + vec2i(x, y))), farthest));
+                sum += depth - axis_depth(max(texel_inverse_depth(vec2u(vec2i(texel) + vec2i(x, y))), farthest));
             }
         }
     }
-    let extent = max(axis_depth(farthest) - axis_depth(nearest_closeness()), 1e-20);
+    let extent = max(axis_depth(farthest) - axis_depth(nearest_inverse_depth()), 1e-20);
     return sum / (straight_edge_neighbours() * extent);
 }
 
@@ -102,25 +102,25 @@ fn kernel_of(bands: u32) -> vec2u {
 }
 
 // The bands that the mask holds for the receiver.
-fn bands_around(sight: Sight) -> u32 {
-    let cell = (shadow_views[sight.view].origin + covering_texel(sight)) >> vec2u(cell_bits);
+fn bands_around(map_sample: MapSample) -> u32 {
+    let cell = (shadow_views[map_sample.view].origin + covering_texel(map_sample)) >> vec2u(cell_bits);
     let bits = atomicLoad(&mask[cell.y * cells_per_row() + cell.x]);
     let of_last = bits & (RED | GREEN | BLUE);
     let of_others = bits >> BANDS;
     if of_last == of_others {
         return of_last;
     }
-    return select(of_last, of_others, layer_of_receiver(sight) == 1u);
+    return select(of_last, of_others, layer_of_receiver(map_sample) == 1u);
 }
 
 // [Evans2014 §4.3] One tap where the mask is 0, PCF where it is not.
-fn masked_shadow(sight: Sight) -> f32 {
-    let bands = bands_around(sight);
+fn masked_shadow(map_sample: MapSample) -> f32 {
+    let bands = bands_around(map_sample);
     if bands == 0u {
-        return select(0.0, 1.0, sight_is_lit(sight));
+        return select(0.0, 1.0, map_sample_is_lit(map_sample));
     }
     let kernel = kernel_of(bands);
-    return lit_share(sight, kernel.y, kernel.x * kernel.x, 0.5 * f32(kernel.x));
+    return lit_share(map_sample, kernel.y, kernel.x * kernel.x, 0.5 * f32(kernel.x));
 }
 
 @compute @workgroup_size(8, 8)
@@ -129,6 +129,6 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     if !pixel.is_masked {
         return;
     }
-    visibility[pixel.receiver.index] = masked_shadow(pixel.sight);
+    visibility[pixel.receiver.index] = masked_shadow(pixel.map_sample);
     count_further_reads(workgroup);
 }

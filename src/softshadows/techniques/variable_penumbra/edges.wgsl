@@ -3,7 +3,7 @@
 //#include "passes/gbuffer/pixel.wgsl"
 //#include "visibility/maps/shadow_map.wgsl"
 
-@group(1) @binding(0) var last_layer: texture_depth_2d;  // closeness of the farthest surface, 1 = nothing; if there are two layers
+@group(1) @binding(0) var last_layer: texture_depth_2d;  // inverse depth of the farthest surface, 1 = nothing; if there are two layers
 @group(3) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(3) @binding(1) var<storage, read_write> taps: array<vec2f>;
 @group(3) @binding(2) var<storage, read_write> mask: array<atomic<u32>>;
@@ -52,15 +52,15 @@ fn cs_span(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-fn nearest_closeness() -> f32 {
+fn nearest_inverse_depth() -> f32 {
     return bitcast<f32>(atomicLoad(&span.nearest)) / maps.depth_scale;
 }
 
-fn farthest_closeness() -> f32 {
+fn farthest_inverse_depth() -> f32 {
     return bitcast<f32>(~atomicLoad(&span.inverted_farthest)) / maps.depth_scale;
 }
 
-fn texel_closeness(texel: vec2u) -> f32 {
+fn texel_inverse_depth(texel: vec2u) -> f32 {
     return textureLoad(shadow_atlas, texel, 0) / maps.depth_scale;
 }
 
@@ -76,28 +76,28 @@ fn texels_per_unit(texel: vec2u) -> vec2f {
 
 // [Evans2014 §5] Which edges concern a surface: those that have it, or another like it, for their background. 0: it is the last
 // one, 1: something lies behind it, as behind an arm's edge before the body, whose shadow on the floor that edge does not bound.
-fn layer_of(closeness: f32, texel: vec2u, texels_per_unit: vec2f) -> u32 {
+fn layer_of(inverse_depth: f32, texel: vec2u, texels_per_unit: vec2f) -> u32 {
     if layers == 1u {
         return 0u;
     }
     let last = textureLoad(last_layer, texel, 0) / maps.depth_scale;
     let texel_extent = 1.0 / min(texels_per_unit.x, texels_per_unit.y);
-    let thickness = THIN_TEXELS * closeness_of_extent(closeness, texel_extent);
-    return select(0u, 1u, closeness - last > thickness);
+    let thickness = THIN_TEXELS * inverse_depth_of_extent(inverse_depth, texel_extent);
+    return select(0u, 1u, inverse_depth - last > thickness);
 }
 
 fn layer_of_background(texel: vec2u) -> u32 {
-    return layer_of(texel_closeness(texel), texel, texels_per_unit(texel));
+    return layer_of(texel_inverse_depth(texel), texel, texels_per_unit(texel));
 }
 
-fn layer_of_receiver(sight: Sight) -> u32 {
+fn layer_of_receiver(map_sample: MapSample) -> u32 {
     if layers == 1u {
         return 0u;
     }
-    let view = shadow_views[sight.view];
-    let texel = covering_texel(sight);
+    let view = shadow_views[map_sample.view];
+    let texel = covering_texel(map_sample);
     let center = view.window_low + (vec2f(texel) + 0.5) / view.texels_per_unit;
-    let on_plane = plane_closeness(sight.plane_normal, sight.plane_offset, center);
+    let on_plane = plane_inverse_depth(map_sample.plane_normal, map_sample.plane_offset, center);
     map_reads++;
     return layer_of(on_plane, view.origin + texel, view.texels_per_unit);
 }
@@ -144,7 +144,7 @@ fn count_absent_pixel(workgroup: vec3u) {
 struct MaskedPixel {
     is_masked: bool,
     receiver: Receiver,
-    sight: Sight,     // from the light's centre
+    map_sample: MapSample,     // from the light's centre
 };
 
 fn begin_masked_pixel(id: vec2u, workgroup: vec3u) -> MaskedPixel {
@@ -155,9 +155,9 @@ fn begin_masked_pixel(id: vec2u, workgroup: vec3u) -> MaskedPixel {
     pixel.receiver = begin_pixel(id);
     if pixel.receiver.is_surface {
         let is_receiver = !is_only_occluder(pixel.receiver);
-        pixel.sight = sight_through(0u, pixel.receiver, pixel.receiver.position_ls);
-        pixel.is_masked = is_receiver && pixel.sight.possible && pixel.sight.covered;
-        visibility[pixel.receiver.index] = select(0.0, 1.0, pixel.sight.possible || !is_receiver);
+        pixel.map_sample = project_into_map(0u, pixel.receiver, pixel.receiver.position_ls);
+        pixel.is_masked = is_receiver && pixel.map_sample.possible && pixel.map_sample.covered;
+        visibility[pixel.receiver.index] = select(0.0, 1.0, pixel.map_sample.possible || !is_receiver);
     }
     if !pixel.is_masked {
         count_absent_pixel(workgroup);

@@ -1,7 +1,7 @@
 // Variable penumbra from the light's size: edges of the shadow map tell the pixels that their penumbra reaches how near the
 // occluder is, so that the width follows as in percentage-closer soft shadows, without a search for blockers.
 //
-// The mask has cells of 8×8 texels, each with the sum of the edges' closeness and their number, for each layer of the map.
+// The mask has cells of 8×8 texels, each with the sum of the edges' inverse depth and their number, for each layer of the map.
 
 //#include "edges.wgsl"
 //#include "visibility/maps/light_filter.wgsl"
@@ -10,13 +10,13 @@ override tap_count: u32;
 
 const CELL = 8u;                  // texels along a cell, and lanes along a workgroup
 const LANES = 64u;
-const LEVELS = 4095.0;            // of closeness, from 0 to the map's nearest; a million edges then fit a sum
+const LEVELS = 4095.0;            // of inverse depth, from 0 to the map's nearest; a million edges then fit a sum
 const NARROWEST_TEXELS = 0.5;     // half a penumbra that is as good as none
 const WIDEST_CELLS = 32;          // how far an edge reaches at most
 
 // The edges of one cell.
 struct CellEdges {
-    closeness: atomic<u32>,  // their sum
+    inverse_depth: atomic<u32>,  // their sum
     count: atomic<u32>,
     reach_x: atomic<u32>,    // cells
     reach_y: atomic<u32>,
@@ -25,20 +25,20 @@ struct CellEdges {
 var<workgroup> cell_edges: array<CellEdges, 2>;  // by layer
 
 struct Edge {
-    closeness: f32,      // of the occluder
+    inverse_depth: f32,      // of the occluder
     half_width: vec2f,   // of the penumbra behind it, in texels
 };
 
-// The Laplacian of the paper in closeness, which is linear on every plane, and the nearest of the
+// The Laplacian of the paper in inverse depth, which is linear on every plane, and the nearest of the
 // neighbours. The half width is w (1/d_blocker - 1/d_receiver): in the map as wide as the light, seen through the edge.
 fn edge_at(texel: vec2u) -> Edge {
-    let here = texel_closeness(texel);
+    let here = texel_inverse_depth(texel);
     var sum = 0.0;
     var nearest = here;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
             if is_neighbour(vec2i(x, y)) {
-                let there = texel_closeness(vec2u(vec2i(texel) + vec2i(x, y)));
+                let there = texel_inverse_depth(vec2u(vec2i(texel) + vec2i(x, y)));
                 sum += there - here;
                 nearest = max(nearest, there);
             }
@@ -70,7 +70,7 @@ fn spread(cell: vec2u, layer: u32, lane: u32) {
     for (var i = lane; i < size.x * size.y; i += LANES) {
         let place = vec2u(low) + vec2u(i % size.x, i / size.x);
         let index = mask_index(place, layer);
-        atomicAdd(&mask[index], atomicLoad(&cell_edges[layer].closeness));
+        atomicAdd(&mask[index], atomicLoad(&cell_edges[layer].inverse_depth));
         atomicAdd(&mask[index + 1u], count);
     }
 }
@@ -82,7 +82,7 @@ fn cs_mask(
     @builtin(workgroup_id) cell: vec3u,
 ) {
     if lane < layers {
-        atomicStore(&cell_edges[lane].closeness, 0u);
+        atomicStore(&cell_edges[lane].inverse_depth, 0u);
         atomicStore(&cell_edges[lane].count, 0u);
         atomicStore(&cell_edges[lane].reach_x, 0u);
         atomicStore(&cell_edges[lane].reach_y, 0u);
@@ -93,7 +93,7 @@ fn cs_mask(
         if any(edge.half_width > vec2f(0.0)) {
             let reach = min(vec2u(edge.half_width / f32(CELL)) + 1u, vec2u(u32(WIDEST_CELLS)));
             let layer = layer_of_background(id.xy);
-            atomicAdd(&cell_edges[layer].closeness, u32(edge.closeness / nearest_closeness() * LEVELS));
+            atomicAdd(&cell_edges[layer].inverse_depth, u32(edge.inverse_depth / nearest_inverse_depth() * LEVELS));
             atomicAdd(&cell_edges[layer].count, 1u);
             atomicMax(&cell_edges[layer].reach_x, reach.x);
             atomicMax(&cell_edges[layer].reach_y, reach.y);
@@ -105,11 +105,11 @@ fn cs_mask(
     }
 }
 
-// Mean closeness of the layer's edges that reach the receiver's texel, 0 where none does; blended between the cells' centres, so that
+// Mean inverse depth of the layer's edges that reach the receiver's texel, 0 where none does; blended between the cells' centres, so that
 // no kernel changes with a jump.
-fn occluder_closeness(sight: Sight, layer: u32) -> f32 {
-    let view = shadow_views[sight.view];
-    let texel = vec2f(view.origin) + (sight.position - view.window_low) * view.texels_per_unit;
+fn occluder_inverse_depth(map_sample: MapSample, layer: u32) -> f32 {
+    let view = shadow_views[map_sample.view];
+    let texel = vec2f(view.origin) + (map_sample.position - view.window_low) * view.texels_per_unit;
     let place = clamp(texel / f32(CELL) - 0.5, vec2f(0.0), vec2f(f32(cells_per_row() - 1u)));
     let low = vec2u(place);
     let weight = place - vec2f(low);
@@ -121,14 +121,14 @@ fn occluder_closeness(sight: Sight, layer: u32) -> f32 {
         let index = mask_index(cell, layer);
         sum += share.x * share.y * vec2f(f32(atomicLoad(&mask[index])), f32(atomicLoad(&mask[index + 1u])));
     }
-    return select(0.0, sum.x / max(sum.y, 1e-6) / LEVELS * nearest_closeness(), sum.y > 0.0);
+    return select(0.0, sum.x / max(sum.y, 1e-6) / LEVELS * nearest_inverse_depth(), sum.y > 0.0);
 }
 
-fn masked_shadow(receiver: Receiver, sight: Sight) -> f32 {
-    let half_extent = penumbra_half_extent(occluder_closeness(sight, layer_of_receiver(sight)) / sight.closeness);
-    let half_texels = half_extent * sight.closeness * shadow_views[sight.view].texels_per_unit;
+fn masked_shadow(receiver: Receiver, map_sample: MapSample) -> f32 {
+    let half_extent = penumbra_half_extent(occluder_inverse_depth(map_sample, layer_of_receiver(map_sample)) / map_sample.inverse_depth);
+    let half_texels = half_extent * map_sample.inverse_depth * shadow_views[map_sample.view].texels_per_unit;
     if max(half_texels.x, half_texels.y) <= NARROWEST_TEXELS {
-        return select(0.0, 1.0, sight_is_lit(sight));
+        return select(0.0, 1.0, map_sample_is_lit(map_sample));
     }
     return filter_shadow(receiver, half_extent, 0u, tap_count);
 }
@@ -139,6 +139,6 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id
     if !pixel.is_masked {
         return;
     }
-    visibility[pixel.receiver.index] = masked_shadow(pixel.receiver, pixel.sight);
+    visibility[pixel.receiver.index] = masked_shadow(pixel.receiver, pixel.map_sample);
     count_further_reads(workgroup);
 }

@@ -13,8 +13,8 @@ override kernel_radius: i32;
 override light_bleed_reduction: f32;
 override min_variance: f32;
 
-fn linear_depth(closeness: f32) -> f32 {
-    let depth = select(1.0 / (max(closeness, 1e-30) * maps.far), 1.0 - closeness, light.is_directional == 1u);
+fn linear_depth(inverse_depth: f32) -> f32 {
+    let depth = select(1.0 / (max(inverse_depth, 1e-30) * maps.far), 1.0 - inverse_depth, light.is_directional == 1u);
     return clamp(depth, 0.0, 1.0);
 }
 
@@ -53,9 +53,9 @@ fn cs_filter_columns(@builtin(global_invocation_id) id: vec3u) {
     moments[texel_index(id.xy)] = sum / f32(2 * kernel_radius + 1);
 }
 
-fn bilinear_moments(sight: Sight) -> vec2f {
-    let view = shadow_views[sight.view];
-    let corner = clamp((sight.position - view.window_low) * view.texels_per_unit - 0.5, vec2f(0.0), vec2f(view.size) - 1.0);
+fn bilinear_moments(map_sample: MapSample) -> vec2f {
+    let view = shadow_views[map_sample.view];
+    let corner = clamp((map_sample.position - view.window_low) * view.texels_per_unit - 0.5, vec2f(0.0), vec2f(view.size) - 1.0);
     let low = view.origin + vec2u(corner);
     let high = min(low + 1u, view.origin + view.size - 1u);
     let weight = fract(corner);
@@ -83,10 +83,10 @@ fn cs_visibility(@builtin(global_invocation_id) id: vec3u) {
     if !receiver.is_surface {
         return;
     }
-    let sight = sight_through(0u, receiver, receiver.position_ls);
-    var lit = select(0.0, 1.0, sight.possible);
-    if sight.possible && sight.covered {
-        lit = upper_bound(bilinear_moments(sight), linear_depth(sight.closeness));
+    let map_sample = project_into_map(0u, receiver, receiver.position_ls);
+    var lit = select(0.0, 1.0, map_sample.possible);
+    if map_sample.possible && map_sample.covered {
+        lit = upper_bound(bilinear_moments(map_sample), linear_depth(map_sample.inverse_depth));
     }
     visibility[receiver.index] = lit;
 }

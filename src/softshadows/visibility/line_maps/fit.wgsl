@@ -352,7 +352,7 @@ fn widen_wanted() {
     }
 }
 
-// The windows for this frame: those of the last one while they serve, so that its maps are kept.
+// The windows for this frame: those of the last one while they serve, so that its maps are cached.
 @compute @workgroup_size(LANES)
 fn cs_fit(@builtin(local_invocation_index) lane: u32) {
     find_wanted(lane);

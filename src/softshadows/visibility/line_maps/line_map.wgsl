@@ -10,33 +10,33 @@ const COLUMNS = 2u;  // the most in which a tile's faces lie side by side (fit.w
 const EDGE_TEXELS = 0.36;
 
 // The receiver as light sample `sample_index` sees it. `view % FACES` is the face; only the first LINE_FACES are rectified.
-fn line_sight(sample_index: u32, receiver: Receiver) -> Sight {
+fn line_map_sample(sample_index: u32, receiver: Receiver) -> MapSample {
     let from_sample = receiver.position_ls - vec3f(light_samples.points[sample_index].xy, 0.0);
-    var sight: Sight;
-    sight.plane_offset = dot(receiver.normal_ls, from_sample);
-    sight.possible = sight.plane_offset < 0.0;
+    var map_sample: MapSample;
+    map_sample.plane_offset = dot(receiver.normal_ls, from_sample);
+    map_sample.possible = map_sample.plane_offset < 0.0;
     // The front window may reach over the faces beside it.
     var face = FRONT;
     var point = line_face_coordinates(FRONT, from_sample);
-    sight.covered = is_covered(sample_index * FACES + FRONT, point);
-    if !sight.covered {
+    map_sample.covered = is_covered(sample_index * FACES + FRONT, point);
+    if !map_sample.covered {
         face = line_face_of(from_sample);
         point = line_face_coordinates(face, from_sample);
-        sight.covered = is_covered(sample_index * FACES + face, point);
+        map_sample.covered = is_covered(sample_index * FACES + face, point);
     }
-    sight.view = sample_index * FACES + face;
-    sight.position = window_position(point);
-    sight.closeness = closeness_of(point.z);
-    sight.plane_normal = line_face_coordinates(face, receiver.normal_ls);
-    return sight;
+    map_sample.view = sample_index * FACES + face;
+    map_sample.position = window_position(point);
+    map_sample.inverse_depth = inverse_depth_of(point.z);
+    map_sample.plane_normal = line_face_coordinates(face, receiver.normal_ls);
+    return map_sample;
 }
 
-fn is_rectified(sight: Sight) -> bool {
-    return sight.covered && sight.view % FACES < LINE_FACES;
+fn is_rectified(map_sample: MapSample) -> bool {
+    return map_sample.covered && map_sample.view % FACES < LINE_FACES;
 }
 
-// Closeness of the first occluder in a texel of a view, 0 where there is none.
-fn map_closeness(view: u32, texel: vec2u) -> f32 {
+// Inverse depth of the first occluder in a texel of a view, 0 where there is none.
+fn map_inverse_depth(view: u32, texel: vec2u) -> f32 {
     return textureLoad(shadow_atlas, shadow_views[view].origin + texel, 0) / maps.depth_scale;
 }
 

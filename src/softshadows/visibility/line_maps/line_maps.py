@@ -10,21 +10,21 @@ What a technique may rely on, for samples i = 0 … n − 1 evenly spaced from t
     - A face's view has the same size and texels per unit in every sample, and with two samples the same window along v:
       row j of one is the same plane through the light as row j of the other. With more, each sample's rows lie a part
       of a row further on than those of the one before, a row in all; row j of neighbours is the same plane to within
-      half a row. `window_low.x` differs: `column_position(view, column)` gives a column's u, and a point of closeness c
-      moves by `disparity(from_x, to_x, c)` from map to map. u runs from start to end of the light on all four faces.
-    - The atlas holds near × closeness, closeness = 1 / d with d the distance from the light's line along the face's
+      half a row. `window_low.x` differs: `column_position(view, column)` gives a column's u, and a point of inverse
+      depth c moves by `disparity(from_x, to_x, c)` from map to map. u runs from start to end of the light on all faces.
+    - The atlas holds near × inverse depth, which is 1 / d with d the distance from the light's line along the face's
       axis: the same in all maps, affine in the image on every plane, 0 where there is nothing.
-    - `line_sight(sample, receiver)` is the receiver as a sample sees it (shadow_map.wgsl): `sight.view`, its texel by
-      `covering_texel(sight)`, and `sight_is_lit(sight)`, the hard test. Where `is_rectified(sight)` is false the
-      receiver lies in a cap (more than 76° from the light's normal) or outside all maps: only the hard test holds
-      there.
+    - `line_map_sample(sample, receiver)` projects a receiver into a sample's map (shadow_map.wgsl): `.view`, its texel
+      by `covering_texel(map_sample)`, and `map_sample_is_lit(map_sample)`, the hard test. Where
+      `is_rectified(map_sample)` is false the receiver lies in a cap (more than 76° from the light's normal) or outside
+      all maps: only the hard test holds there.
     - The windows hold only what some occluder takes of a map, seen from anywhere on the light: what lies outside is lit
       from all samples.
     - `reach` half lights of room along u, beside the receivers in view, for occluders' edges just out of the picture.
 
 Per light: `encode_receivers`, `encode_fit`, then `encode_maps(stage)`. Which samples a stage draws is a word of bits in
 `requests`, which `write` fills with all samples in the first stage; a technique may write it on the GPU before its
-stage. All maps are kept, and none drawn, while they still show what the camera sees; `state` tells which samples were
+stage. All maps are cached, and none drawn, while they still show what the camera sees; `state` tells which samples were
 drawn in this frame.
 """
 
@@ -172,7 +172,7 @@ class LineMaps:
         self._gpu.write(self.requests, 0, words, what="constant")
 
     def encode_receivers(self, commands: Commands, index: int) -> None:
-        """Let light `index` take its turn: boxes around what the camera sees and something can shadow."""
+        """Select light `index`: find boxes around what the camera sees and something can shadow."""
         self.atlas.encode_receivers(commands, index)
 
     def encode_fit(self, commands: Commands) -> None:

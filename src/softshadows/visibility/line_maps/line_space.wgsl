@@ -2,7 +2,7 @@
 //
 // A face has coordinates (a, b, d): a along the light, in its own direction on all four faces; d > 0 along the face's axis
 // and b across both. Seen from any point of the line, a point has the same b and d: in the tangents u = a / d along the
-// light and v = b / d around it, an image row (constant v) is a plane through the light, closeness 1 / d is the same in
+// light and v = b / d around it, an image row (constant v) is a plane through the light, inverse depth 1 / d is the same in
 // every sample's map, and from the sample at x0 to the one at x1 a point moves by (x0 - x1) / d along u.
 // All faces are left-handed (light_space.wgsl). Each goes on at v = 1 where the next begins at v = -1.
 // The caps hold what lies beyond LINE_LIMIT, seen nearly along the light; their rows mean nothing.
@@ -35,7 +35,7 @@ fn line_face_of(v: vec3f) -> u32 {
     return select(1u, 3u, v.y < 0.0);
 }
 
-// How far along u a point of this closeness moves from the map of the sample at `from_x` to that of the one at `to_x`.
-fn disparity(from_x: f32, to_x: f32, closeness: f32) -> f32 {
-    return (from_x - to_x) * closeness;
+// How far along u a point of this inverse depth moves from the map of the sample at `from_x` to that of the one at `to_x`.
+fn disparity(from_x: f32, to_x: f32, inverse_depth: f32) -> f32 {
+    return (from_x - to_x) * inverse_depth;
 }

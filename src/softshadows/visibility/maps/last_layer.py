@@ -13,7 +13,7 @@ from softshadows.visibility.maps.shadow_maps import ShadowMaps
 class LastLayer:
     """The maps' occluders drawn once more, into the same views, with the depth test turned round.
 
-    `view` holds closeness like the atlas, 1 where there is nothing. For maps that are one chunk.
+    `view` holds inverse depth like the atlas, 1 where there is nothing. For maps that are one chunk.
     """
 
     def __init__(self, gpu: Gpu, maps: ShadowMaps) -> None:

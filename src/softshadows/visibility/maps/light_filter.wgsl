@@ -1,6 +1,6 @@
 // A filter with the light's own shape, as wide as the penumbra behind a blocker. The including file declares `taps`, in half lights.
 
-//#needs Receiver, Sight, covering_texel, light, sight_through, taps, texel_is_lit
+//#needs Receiver, MapSample, covering_texel, light, project_into_map, taps, texel_is_lit
 
 // Where tap `i` of `count` lies on the light, from -1 to 1: on a line the taps spread over its length.
 fn tap_on_light(i: u32, first: u32, count: u32) -> vec2f {
@@ -14,8 +14,8 @@ fn is_on_light(tap: vec2f) -> bool {
 }
 
 // The receiver as the light's centre sees it beside the receiver's point, `offset` metres parallel to the light.
-fn sight_beside(receiver: Receiver, offset: vec2f) -> Sight {
-    return sight_through(0u, receiver, receiver.position_ls + vec3f(offset, 0.0));
+fn map_sample_beside(receiver: Receiver, offset: vec2f) -> MapSample {
+    return project_into_map(0u, receiver, receiver.position_ls + vec3f(offset, 0.0));
 }
 
 // Half the extent, at the receiver's depth, of the region in which a blocker `ratio` times as close as the receiver hides some of
@@ -30,12 +30,12 @@ fn filter_shadow(receiver: Receiver, half_extent: vec2f, first_tap: u32, tap_cou
     var count = 0.0;
     for (var i = 0u; i < tap_count; i++) {
         let tap = tap_on_light(i, first_tap, tap_count);
-        let sight = sight_beside(receiver, tap * half_extent);
-        if !is_on_light(tap) || !sight.covered {
+        let map_sample = map_sample_beside(receiver, tap * half_extent);
+        if !is_on_light(tap) || !map_sample.covered {
             continue;  // beyond the map nothing is known
         }
         count += 1.0;
-        lit += select(0.0, 1.0, texel_is_lit(sight, covering_texel(sight)));
+        lit += select(0.0, 1.0, texel_is_lit(map_sample, covering_texel(map_sample)));
     }
     return select(0.0, lit / count, count > 0.0);
 }

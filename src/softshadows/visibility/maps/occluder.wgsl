@@ -11,7 +11,7 @@
 struct View {
     @location(1) row_x: vec4f,
     @location(2) row_y: vec4f,
-    @location(3) row_closeness: vec4f,
+    @location(3) row_inverse_depth: vec4f,
     @location(4) row_w: vec4f,
     @location(5) edges: vec4f,
 };
@@ -29,7 +29,7 @@ fn project(position_ws: vec3f, view: View) -> Projection {
     let low = view.edges.xy * w;
     let high = view.edges.zw * w;
     return Projection(
-        vec4f(x - w, w - y, dot(view.row_closeness, position), w),
+        vec4f(x - w, w - y, dot(view.row_inverse_depth, position), w),
         array<f32, 4>(x - low.x, y - low.y, high.x - x, high.y - y),
     );
 }

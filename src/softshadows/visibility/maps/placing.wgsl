@@ -97,10 +97,10 @@ fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
     let d = vec4f(x.z, y.z, z.z, offset.z);
     let one = vec4f(0.0, 0.0, 0.0, 1.0);
     var w = d;
-    var closeness_w = one * maps.depth_scale;
+    var inverse_depth_w = one * maps.depth_scale;
     if light.is_directional == 1u {
         w = one;
-        closeness_w = (one * maps.far - d) / (maps.far - maps.near);
+        inverse_depth_w = (one * maps.far - d) / (maps.far - maps.near);
     }
     let unit = 2.0 / f32(maps.atlas_size);
     let origin = vec2f(view.origin);
@@ -108,7 +108,7 @@ fn draw_view(face: u32, sample_ls: vec3f, view: ShadowView) -> DrawView {
     return DrawView(
         unit * (view.texels_per_unit.x * (a - view.window_low.x * w) + origin.x * w),
         unit * (view.texels_per_unit.y * (b - view.window_low.y * w) + origin.y * w),
-        closeness_w,
+        inverse_depth_w,
         w,
         unit * vec4f(origin, end),
     );

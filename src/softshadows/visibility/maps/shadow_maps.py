@@ -8,8 +8,8 @@
 
 Everything is decided on the GPU; the CPU knows only sizes. Samples are grouped twice: a *batch* is what fits the atlas
 at one time, a *chunk* what one submit may draw and look up without running into a driver's watchdog. Several lights
-take turns: per light `encode_turn`, then, per chunk, `encode_chunk` and the look-ups. Techniques with a fit of their
-own call `encode_receivers`, the fit, and `encode_draw`.
+are selected one by one: per light `encode_selection`, then, per chunk, `encode_chunk` and the look-ups. Techniques
+with a fit of their own call `encode_receivers`, the fit, and `encode_draw`.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from softshadows.gpu.device import Gpu
 from softshadows.gpu.layout import dtype, pack
 from softshadows.gpu.program import DrawProgram, Program, Resource, view_of
 from softshadows.gpu.scene_buffers import SceneBuffers
-from softshadows.gpu.turns import Turns
+from softshadows.gpu.selection import Selection
 from softshadows.lights.sample_sets import SampledLight, SampleSet
 from softshadows.passes.gbuffer.gbuffer import GBuffer
 from softshadows.scene.geometry import Geometry
@@ -94,7 +94,7 @@ class ShadowMaps(Provider):
         self.views = buffer(dtype(ShadowView).itemsize * FACES * plan.samples, 0, "the views of shadow maps")
         size = FACES * plan.samples_per_chunk * plan.chunks * dtype(DrawView).itemsize
         self.draw_views = buffer(size, _USAGE.VERTEX, "the views to draw")
-        self._turns = Turns(gpu, [(self.settings, 0), (self.draws, HEAD_BYTES - 4)])
+        self._selection = Selection(gpu, [(self.settings, 0), (self.draws, HEAD_BYTES - 4)])
         usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
         self.depth = gpu.texture((plan.atlas_size, plan.atlas_size), "depth32float", usage, "the shadow atlas")
         self.depth_view = view_of(self.depth)
@@ -108,7 +108,7 @@ class ShadowMaps(Provider):
     @property
     def bytes(self) -> int:
         buffers = (self.settings, self.draws, self.views, self.draw_views)
-        parts = (self.plan, self.samples, self.receivers, self._turns)
+        parts = (self.plan, self.samples, self.receivers, self._selection)
         return sum(buffer.size for buffer in buffers) + sum(part.bytes for part in parts)
 
     @property
@@ -149,7 +149,7 @@ class ShadowMaps(Provider):
         contents = [
             pack(self._settings(each.light)) + self._arguments(each.light, keeps_looser_fits) for each in lights
         ]
-        self._turns.write(contents, "light")
+        self._selection.write(contents, "light")
         drawn_for = (lights[0].light, lights[0].points.tobytes(), self._scene.geometry) if self._caches else None
         if drawn_for is None or drawn_for != self._drawn_for:
             self._gpu.write(self.draws, 0, bytes(HEAD_BYTES), what="light")
@@ -190,17 +190,17 @@ class ShadowMaps(Provider):
         arguments[1:, 0], arguments[1:, 2] = np.diff(ends), ends[:-1]
         return np.uint32(keeps_looser_fits).tobytes() + np.tile(arguments, (self.plan.chunks, 1)).tobytes()
 
-    def encode_turn(self, commands: Commands, index: int) -> None:
+    def encode_selection(self, commands: Commands, index: int) -> None:
         self.encode_receivers(commands, index)
         with commands.compute("fit") as compute:
             self._fit.dispatch(compute, (self.plan.samples,))
 
     def encode_receivers(self, commands: Commands, index: int) -> None:
-        """Let light `index` take its turn: boxes around what the camera sees and something can shadow."""
+        """Select light `index`: find boxes around what the camera sees and something can shadow."""
         if not self._caches:
             commands.encoder.clear_buffer(self.draws, 0, HEAD_BYTES - 4)
         self.samples.encode(commands.encoder, index)
-        self._turns.encode(commands.encoder, index)
+        self._selection.encode(commands.encoder, index)
         self.receivers.encode(commands)
 
     def encode_chunk(self, commands: Commands, chunk: int) -> None:
@@ -225,7 +225,7 @@ class ShadowMaps(Provider):
             draw.execute_bundles([self._draws[chunk, clears_views]])
 
     def draw_programs(self, keeps: str) -> list[DrawProgram]:
-        """The programs of a chunk's draws, of which a texel keeps the "greater" or the "less" closeness."""
+        """The programs of a chunk's draws, of which a texel keeps the "greater" or the "less" inverse depth."""
         clips = "clip-distances" in self._gpu.features
         position = {"format": "float32x3", "offset": 0, "shader_location": 0}
         positions = {"array_stride": 12, "step_mode": "vertex", "attributes": [position]}

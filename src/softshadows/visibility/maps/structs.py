@@ -17,7 +17,7 @@ class MapSettings(Struct):
 
     near: F32  # metres
     far: F32
-    depth_scale: F32  # stored depth over closeness
+    depth_scale: F32  # stored depth over inverse depth
     window_scale: F32  # metres that windows are measured in: 1 where they are in tangents
     texels_per_pixel: F32
     margin_texels: F32
@@ -47,6 +47,6 @@ class DrawView(Struct):
 
     row_x: Vec4f
     row_y: Vec4f
-    row_closeness: Vec4f
+    row_inverse_depth: Vec4f
     row_w: Vec4f
     edges: Vec4f

@@ -40,11 +40,11 @@ class Caster:
         self.seconds = 0.0
 
     def blocked(
-        self, origins: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], until: npt.ArrayLike = 1.0
+        self, origins: npt.NDArray[np.float32], rays: npt.NDArray[np.float32], t_max: npt.ArrayLike = 1.0
     ) -> npt.NDArray[np.bool_]:
-        """(n, 4): is the segment from origins (n, 3) along the share `until` of rays (n, 4, 3) blocked? World space.
+        """(n, 4): is the segment from origins (n, 3) along the share `t_max` of rays (n, 4, 3) blocked? World space.
 
-        `until` is one for all, or (n, 4); where it is negative the answer is yes. Raises DeviceError where the
+        `t_max` is one for all, or (n, 4); where it is negative the answer is yes. Raises DeviceError where the
         device ended a walk too early.
         """
         self._update_tree()
@@ -52,7 +52,7 @@ class Caster:
         packets = np.zeros((len(origins), 5, 4), np.float32)
         packets[:, 0, :3] = origins
         packets[:, 1:4] = rays.transpose(0, 2, 1)
-        packets[:, 4] = until
+        packets[:, 4] = t_max
         bits = [self._some(packets[start : start + AT_ONCE]) for start in range(0, len(packets), AT_ONCE)]
         answers = np.concatenate([np.zeros(0, np.uint32), *bits])
         if (answers & _CUT_SHORT_BIT).any():

@@ -15,7 +15,7 @@ fn cs_cast(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) gr
         return;
     }
     let at = 5u * index;
-    let is_open = open_segments(Packet(packets[at].xyz, packets[at + 1u], packets[at + 2u], packets[at + 3u], packets[at + 4u]));
-    let bits = dot(select(vec4u(1u, 2u, 4u, 8u), vec4u(0u), is_open), vec4u(1u));
+    let is_unoccluded = trace_visibility(Packet(packets[at].xyz, packets[at + 1u], packets[at + 2u], packets[at + 3u], packets[at + 4u]));
+    let bits = dot(select(vec4u(1u, 2u, 4u, 8u), vec4u(0u), is_unoccluded), vec4u(1u));
     blocked[index] = bits | select(0u, CUT_SHORT, was_cut_short);
 }

@@ -56,8 +56,8 @@ class Lbvh:
         self._grid, self._shapes, self._nodes = grid, shapes, nodes
         self._count, self._node_count = scene.triangle_count, 2 * scene.triangle_count - 1
         blocks = -(-self._node_count // BLOCK)
-        self._stay_before = self._gpu.storage_buffer(4 * (blocks + 1), "the counts of the tree's nodes")
-        self.bytes = self._stay_before.size
+        self._remaining_before = self._gpu.storage_buffer(4 * (blocks + 1), "the counts of the tree's nodes")
+        self.bytes = self._remaining_before.size
         self._make_programs(order, scratch)
 
     @staticmethod
@@ -80,23 +80,23 @@ class Lbvh:
             "tree": self._grid,
             "shapes": self._shapes,
             "nodes": self._nodes,
-            "stay_before": self._stay_before,
+            "remaining_before": self._remaining_before,
         }
 
         def program(file: str, entry: str, resources: dict[str, Resource], **constants: float) -> Program:
             return Program(self._gpu, f"visibility/rays/{file}", entry, resources, constants=constants)
 
         self._code = program("lbvh.wgsl", "cs_code", building, LARGE=LARGE)
-        self._split, self._number = (program("lbvh.wgsl", entry, building) for entry in ("cs_split", "cs_number"))
+        self._split, self._number = (program("lbvh.wgsl", entry, building) for entry in ("cs_split", "cs_number_nodes"))
         self._sort_count, self._scan_blocks, self._scan_digits, self._sort_move = (
             program("sort.wgsl", entry, sorting)
             for entry in ("cs_count", "cs_scan_blocks", "cs_scan_digits", "cs_move")
         )
         passes = [self._gpu.uniform(SortPass(digit=digit)) for digit in range(PASSES)]
         self._passes = [(self._sort_count.bind(sort=each), self._sort_move.bind(sort=each)) for each in passes]
-        self._judge = program("merge.wgsl", "cs_judge", merging, NODE_COST=NODE_COST)
-        self._stay, self._sum, self._close_up = (
-            program("merge.wgsl", entry, merging) for entry in ("cs_stay", "cs_sum", "cs_close_up")
+        self._collapse = program("merge.wgsl", "cs_collapse", merging, NODE_COST=NODE_COST)
+        self._count_remaining, self._sum, self._compact = (
+            program("merge.wgsl", entry, merging) for entry in ("cs_count_remaining", "cs_sum", "cs_compact")
         )
 
     def encode_split(self, commands: Commands) -> None:
@@ -122,11 +122,11 @@ class Lbvh:
         """The shape with larger leaves; `nodes` then hold no boxes."""
         nodes = groups_of(self._node_count)
         with commands.compute("tree") as compute:
-            self._judge.dispatch(compute, nodes)
-            self._stay.dispatch(compute, groups_of(self._node_count, BLOCK))
+            self._collapse.dispatch(compute, nodes)
+            self._count_remaining.dispatch(compute, groups_of(self._node_count, BLOCK))
             self._sum.dispatch(compute, (1,))
-            self._close_up.dispatch(compute, nodes)
-        encoder, remaining = commands.encoder, self._stay_before.size - 4
+            self._compact.dispatch(compute, nodes)
+        encoder, remaining = commands.encoder, self._remaining_before.size - 4
         encoder.copy_buffer_to_buffer(self._nodes, 0, self._shapes, 0, 16 * self._node_count)
-        encoder.copy_buffer_to_buffer(self._stay_before, remaining, self._grid, NODE_COUNT_OFFSET, 4)
+        encoder.copy_buffer_to_buffer(self._remaining_before, remaining, self._grid, NODE_COUNT_OFFSET, 4)
         commands.account(2.0 * self._count / self._gpu.budget.triangles_per_ms)

@@ -3,7 +3,7 @@
 //
 //     cs_code     where each triangle lies along the curve; then sort.wgsl
 //     cs_split    of every inner node: its places in the sorted order, and where its children part
-//     cs_number   every node's place in preorder, and its record; then, once there are boxes, merge.wgsl
+//     cs_number_nodes   every node's place in preorder, and its record; then, once there are boxes, merge.wgsl
 //
 // Until they have places in preorder, nodes are numbered as in the paper: inner ones from 0, the root, and then the leaves.
 
@@ -21,7 +21,7 @@ const CELLS_ACROSS = 65536.0;  // of the tree's grid
 const CODED_CELLS = 32768.0;
 const LARGE_BIT = 0x200000u;
 
-// Eight bits of each coordinate, in turns from x on.
+// Eight bits of each coordinate, interleaved from x on.
 fn interleaved(coordinates: vec3u) -> u32 {
     var bits = coordinates & vec3u(0xffu);
     bits = (bits | (bits << vec3u(8u))) & vec3u(0x00f00fu);
@@ -113,7 +113,7 @@ fn cs_split(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) g
 }
 
 @compute @workgroup_size(INVOCATIONS)
-fn cs_number(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn cs_number_nodes(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let node = invocation(id, groups);
     if node >= tree.node_count {
         return;

@@ -38,5 +38,5 @@ class LightRays(Provider):
         """Bring the tree up to date."""
         self.tree.encode(commands)
 
-    def encode_turn(self, commands: Commands, index: int) -> None:
+    def encode_selection(self, commands: Commands, index: int) -> None:
         self.samples.encode(commands.encoder, index)

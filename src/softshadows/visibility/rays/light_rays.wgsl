@@ -12,7 +12,7 @@ struct RayStart {
     origin_ws: vec3f,
     normal_ws: vec3f,
     offset: f32,
-    until: f32,        // of every ray, to end before a flat light; negative where the end depends on the ray
+    t_max: f32,        // of every ray, to end before a flat light; negative where the end depends on the ray
     is_before: bool,   // of a one-sided light
 };
 
@@ -24,14 +24,14 @@ fn ray_offset(position_ws: vec3f) -> f32 {
 fn ray_start(receiver: Receiver) -> RayStart {
     let offset = ray_offset(receiver.position_ws);
     let seen = seen_by(light, receiver);
-    var until = -1.0;
+    var t_max = -1.0;
     if light.is_directional == 1u {
-        until = 1.0;
+        t_max = 1.0;
     } else if light.is_flat == 1u {
-        until = 1.0 - ray_offset(light.center_ws) / max(abs(seen.position_ls.z), 1e-30);
+        t_max = 1.0 - ray_offset(light.center_ws) / max(abs(seen.position_ls.z), 1e-30);
     }
     let origin_ws = receiver.position_ws + offset * receiver.normal_ws;
-    return RayStart(origin_ws, receiver.normal_ws, offset, until, is_on_emitting_side(light, seen));
+    return RayStart(origin_ws, receiver.normal_ws, offset, t_max, is_on_emitting_side(light, seen));
 }
 
 // From the start to a point of the light, in light space.
@@ -54,16 +54,16 @@ var<private> packet: Packet;
 
 fn begin_packet(start: RayStart) {
     packet.origin_ws = start.origin_ws;
-    packet.until = vec4f(-1.0);
+    packet.t_max = vec4f(-1.0);
     waiting_count = 0u;
 }
 
 fn add_to_packet(start: RayStart, sample_index: u32, ray: vec3f) {
-    let until = select(start.until, 1.0 - start.offset / max(length(ray), 1e-30), start.until < 0.0);
+    let t_max = select(start.t_max, 1.0 - start.offset / max(length(ray), 1e-30), start.t_max < 0.0);
     waiting = vec4u(sample_index, waiting.xyz);
     packet.x = vec4f(ray.x, packet.x.xyz);
     packet.y = vec4f(ray.y, packet.y.xyz);
     packet.z = vec4f(ray.z, packet.z.xyz);
-    packet.until = vec4f(until, packet.until.xyz);
+    packet.t_max = vec4f(t_max, packet.t_max.xyz);
     waiting_count += 1u;
 }

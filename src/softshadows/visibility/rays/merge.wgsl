@@ -1,10 +1,10 @@
 // A tree with a triangle in each leaf gets leaves of up to eight: wherever the surface-area heuristic finds that to test a node's
 // triangles costs no more than to go through the boxes below it.
 //
-//     cs_judge     which nodes that would be
-//     cs_stay      those below them go: the others are counted, block by block
+//     cs_collapse     which nodes that would be
+//     cs_count_remaining      those below them go: the others are counted, block by block
 //     cs_sum       blocks after blocks
-//     cs_close_up  the others close up, in preorder as before
+//     cs_compact  the others close up, in preorder as before
 //
 // Such a tree has 2t - 1 nodes, and a node over c triangles is followed by the 2c - 2 below it.
 
@@ -13,9 +13,9 @@
 //#include "invocation.wgsl"
 
 @group(0) @binding(0) var<uniform> tree: TreeGrid;
-@group(0) @binding(1) var<storage, read_write> shapes: array<u32>;      // refit.wgsl, word by word; the last: see cs_stay
+@group(0) @binding(1) var<storage, read_write> shapes: array<u32>;      // refit.wgsl, word by word; the last: see cs_count_remaining
 @group(0) @binding(2) var<storage, read_write> nodes: array<u32>;       // boxes, and the judgement; then the new shapes
-@group(0) @binding(3) var<storage, read_write> stay_before: array<u32>; // by block: nodes that stay before it; last, all
+@group(0) @binding(3) var<storage, read_write> remaining_before: array<u32>; // by block: nodes that stay before it; last, all
 
 override NODE_COST = 0.5;     // sah.py
 
@@ -56,17 +56,17 @@ fn is_best_as_leaf(node: u32, count: u32) -> bool {
 
 // By node: what comes after the nodes that go if it becomes a leaf; 0 if it does not.
 @compute @workgroup_size(INVOCATIONS)
-fn cs_judge(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn cs_collapse(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let node = invocation(id, groups);
     if node >= 2u * tree.triangle_count - 1u {
         return;
     }
     let count = triangles_in(node);
-    var goes_until = 0u;
+    var collapse_end = 0u;
     if count <= MOST_IN_LEAF && is_best_as_leaf(node, count) {
-        goes_until = node + 2u * count - 1u;
+        collapse_end = node + 2u * count - 1u;
     }
-    nodes[4u * node + 3u] = goes_until;
+    nodes[4u * node + 3u] = collapse_end;
 }
 
 fn stays(node: u32) -> bool {
@@ -80,7 +80,7 @@ fn stays(node: u32) -> bool {
 
 // A node's last word: how many nodes of its block stay before it, and whether it is a leaf.
 @compute @workgroup_size(SCAN_LANES)
-fn cs_stay(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
+fn cs_count_remaining(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups: vec3u, @builtin(local_invocation_index) lane: u32) {
     let block = group.y * groups.x + group.x;
     let node_count = 2u * tree.triangle_count - 1u;
     var before = 0u;
@@ -95,41 +95,41 @@ fn cs_stay(@builtin(workgroup_id) group: vec3u, @builtin(num_workgroups) groups:
         before += scan_total();
     }
     if lane == 0u && BLOCK * block < node_count {
-        stay_before[block] = before;
+        remaining_before[block] = before;
     }
 }
 
 @compute @workgroup_size(SCAN_LANES)
 fn cs_sum(@builtin(local_invocation_index) lane: u32) {
-    let blocks = arrayLength(&stay_before) - 1u;
+    let blocks = arrayLength(&remaining_before) - 1u;
     var before = 0u;
     for (var first = 0u; first < blocks; first += SCAN_LANES) {
         let block = first + lane;
         var count = 0u;
         if block < blocks {
-            count = stay_before[block];
+            count = remaining_before[block];
         }
         let sum = inclusive_scan(lane, count);
         if block < blocks {
-            stay_before[block] = before + sum - count;
+            remaining_before[block] = before + sum - count;
         }
         before += scan_total();
     }
     if lane == 0u {
-        stay_before[blocks] = before;
+        remaining_before[blocks] = before;
     }
 }
 
 // The new number of a node, or of the next one that stays.
 fn number_of(node: u32) -> u32 {
     if node >= 2u * tree.triangle_count - 1u {
-        return stay_before[arrayLength(&stay_before) - 1u];
+        return remaining_before[arrayLength(&remaining_before) - 1u];
     }
-    return stay_before[node / BLOCK] + (shapes[4u * node + 3u] & ~IS_LEAF);
+    return remaining_before[node / BLOCK] + (shapes[4u * node + 3u] & ~IS_LEAF);
 }
 
 @compute @workgroup_size(INVOCATIONS)
-fn cs_close_up(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
+fn cs_compact(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) groups: vec3u) {
     let node = invocation(id, groups);
     if node >= 2u * tree.triangle_count - 1u || number_of(node) == number_of(node + 1u) {
         return;

@@ -19,7 +19,7 @@ struct Packet {
     x: vec4f,
     y: vec4f,
     z: vec4f,
-    until: vec4f,
+    t_max: vec4f,
 };
 
 // The place of the triangle that blocked something last: often it blocks the next packet too.
@@ -38,9 +38,9 @@ fn inverse(steps: vec4f) -> vec4f {
 
 // Where rays pass a triangle: on which side of its edges. All of one sign: through the triangle.
 struct Passing {
-    beside_a: vec4f,
-    beside_b: vec4f,
-    beside_c: vec4f,
+    edge_a: vec4f,
+    edge_b: vec4f,
+    edge_c: vec4f,
     is_hit: vec4<bool>,
     triangle: u32,
 };
@@ -52,37 +52,37 @@ fn pass_triangle(packet: Packet, place: u32) -> Passing {
     let a = first.xyz - packet.origin_ws;
     let b = tree_triangles[3u * place + 1u].xyz - packet.origin_ws;
     let c = tree_triangles[3u * place + 2u].xyz - packet.origin_ws;
-    let beside_b = along_rays(packet, cross(c + a, c - a));
-    let beside_c = along_rays(packet, cross(a + b, a - b));
-    let beside_a = along_rays(packet, cross(b + c, b - c));
-    let tolerance = ROUNDING * abs(beside_a + beside_b + beside_c);
-    let least = min(min(beside_a, beside_b), beside_c);
-    let most = max(max(beside_a, beside_b), beside_c);
+    let edge_b = along_rays(packet, cross(c + a, c - a));
+    let edge_c = along_rays(packet, cross(a + b, a - b));
+    let edge_a = along_rays(packet, cross(b + c, b - c));
+    let tolerance = ROUNDING * abs(edge_a + edge_b + edge_c);
+    let least = min(min(edge_a, edge_b), edge_c);
+    let most = max(max(edge_a, edge_b), edge_c);
     let is_through = (least >= -tolerance) | (most <= tolerance);
 
     let normal = cross(c - a, a - b);
     let slope = along_rays(packet, normal);
     let reached = dot(normal, a) * sign(slope);
-    let is_between = (reached >= vec4f(0.0)) & (reached <= packet.until * abs(slope)) & (slope != vec4f(0.0));
-    return Passing(beside_a, beside_b, beside_c, is_through & is_between, bitcast<u32>(first.w));
+    let is_between = (reached >= vec4f(0.0)) & (reached <= packet.t_max * abs(slope)) & (slope != vec4f(0.0));
+    return Passing(edge_a, edge_b, edge_c, is_through & is_between, bitcast<u32>(first.w));
 }
 
 // The packet's shares once the triangle at `place` has blocked what it blocks.
 fn blocked_by(packet: Packet, place: u32) -> vec4f {
     let passing = pass_triangle(packet, place);
-    let sum = passing.beside_a + passing.beside_b + passing.beside_c;
-    let is_hit = exists_at(passing.triangle, passing.is_hit, passing.beside_b / sum, passing.beside_c / sum);
-    return select(packet.until, vec4f(-1.0), is_hit);
+    let sum = passing.edge_a + passing.edge_b + passing.edge_c;
+    let is_hit = exists_at(passing.triangle, passing.is_hit, passing.edge_b / sum, passing.edge_c / sum);
+    return select(packet.t_max, vec4f(-1.0), is_hit);
 }
 
 // Those of the packet's segments that are open to the end.
 //
 // Loops, not branches, hold what is rarer: hits in the outer one, triangles in the next, boxes innermost, so that no triangle is
 // tested for each box, and no texture read for each triangle (gpu/driver.wgsl).
-fn open_segments(asked: Packet) -> vec4<bool> {
+fn trace_visibility(asked: Packet) -> vec4<bool> {
     var packet = asked;
     if last_blocker != NOWHERE {
-        packet.until = blocked_by(packet, last_blocker);
+        packet.t_max = blocked_by(packet, last_blocker);
     }
     let origin = (packet.origin_ws - tree.low_ws) * tree.cells_per_metre;
     let step_x = inverse(packet.x * tree.cells_per_metre.x);
@@ -91,7 +91,7 @@ fn open_segments(asked: Packet) -> vec4<bool> {
     var node = 0u;
     var place = 0u;    // of the next triangle, in a leaf whose triangles end
     var end = 0u;      // here
-    var is_walking = any(packet.until >= vec4f(0.0));
+    var is_walking = any(packet.t_max >= vec4f(0.0));
     while is_walking {
         var is_hit = false;
         while is_walking && !is_hit {
@@ -106,7 +106,7 @@ fn open_segments(asked: Packet) -> vec4<bool> {
                 let far_y = max(low.y * step_y, high.y * step_y);
                 let far_z = max(low.z * step_z, high.z * step_z);
                 let enters = max(max(near_x, near_y), max(near_z, vec4f(0.0)));
-                let leaves = min(min(far_x, far_y), min(far_z, packet.until));
+                let leaves = min(min(far_x, far_y), min(far_z, packet.t_max));
                 let is_met = any(enters <= leaves);
                 let is_leaf = box.w >= LEAF;
                 place = select(0u, leaf_first(box), is_met && is_leaf);
@@ -120,13 +120,13 @@ fn open_segments(asked: Packet) -> vec4<bool> {
             is_walking = is_hit || place < end || node < tree.node_count;
         }
         if is_hit {
-            let until = blocked_by(packet, place);
-            last_blocker = select(last_blocker, place, any(until != packet.until));
-            packet.until = until;
+            let t_max = blocked_by(packet, place);
+            last_blocker = select(last_blocker, place, any(t_max != packet.t_max));
+            packet.t_max = t_max;
             place += 1u;
-            is_walking = any(packet.until >= vec4f(0.0)) && (place < end || node < tree.node_count);
+            is_walking = any(packet.t_max >= vec4f(0.0)) && (place < end || node < tree.node_count);
         }
     }
     was_cut_short |= is_walking;
-    return packet.until >= vec4f(0.0);
+    return packet.t_max >= vec4f(0.0);
 }

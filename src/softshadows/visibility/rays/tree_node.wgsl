@@ -1,5 +1,5 @@
 // A tree of boxes over the scene's triangles, walked without a stack: nodes lie in preorder, so that where a box is met the
-// next node follows, and where it is not, the way goes on past its tree (bvh.py).
+// next node follows, and where it is not, its escape index follows, past its tree (bvh.py).
 //
 // A node is four words: its box on a grid over the scene, low and high corner in the low and high 16 bits of x, y and z, and
 // its link. An inner node's link is the node that follows its tree. A leaf's has the highest bit set, three bits for the number

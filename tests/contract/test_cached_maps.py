@@ -47,9 +47,9 @@ def maps_of(renderer: ss.Renderer, light: int = -1) -> ShadowMaps:
     """Those of a light, which by default took the last turn."""
     at_work = renderer.passes.technique
     if isinstance(at_work, LightPass | LineShadowMapsPass | OccludingEdgesPass):
-        worker = at_work.turns[light][0]
+        worker = at_work.by_light[light][0]
         return worker if isinstance(worker, ShadowMaps) else worker.maps.atlas
-    return at_work._turns[light][0]._maps  # type: ignore[union-attr]
+    return at_work._by_light[light][0]._maps  # type: ignore[union-attr]
 
 
 def instances(renderer: ss.Renderer, light: int = -1) -> npt.NDArray[np.uint32]:
@@ -190,7 +190,7 @@ def test_each_of_several_line_lights_keeps_its_own_maps(name: str) -> None:
 
 
 @every_keeper
-def test_lights_without_room_for_all_maps_take_turns(name: str) -> None:
+def test_lights_without_room_for_all_maps_share_them(name: str) -> None:
     nodes = stage.standard_scene().nodes
     lights = [stage.RECT, OTHER]
     apart = fresh(ss.Scene(nodes, lights), stage.CAMERA, name)[0]
@@ -220,7 +220,7 @@ def test_lights_that_take_turns_do_not_see_each_others_maps(name: str) -> None:
 
 @pytest.mark.parametrize("samples_per_submit", [1, 7, 25, 1000])
 def test_maps_that_all_fit_have_places_of_their_own(samples_per_submit: int) -> None:
-    """However a frame is cut: else a kept map would be overdrawn by one of the last chunk."""
+    """However a frame is cut: else a cached map would be overdrawn by one of the last chunk."""
     pixels = stage.SIZE[0] * stage.SIZE[1]
     lookups_per_ms = pixels * samples_per_submit / SUBMIT_MS
     budget = SimpleNamespace(triangles_per_ms=1e12, lookups_per_ms=lookups_per_ms)

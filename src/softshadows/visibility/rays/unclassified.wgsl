@@ -3,6 +3,6 @@
 //#include "visibility/query.wgsl"
 //#include "lights/light_samples.wgsl"
 
-fn map_answer(sample_index: u32, receiver: Receiver) -> u32 {
+fn classify_by_map(sample_index: u32, receiver: Receiver) -> u32 {
     return UNKNOWN;
 }

@@ -35,7 +35,7 @@ CODE, BESIDE = ("*.py", "*.wgsl", "*.npy"), "page"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class KeptFrame:
+class CachedFrame:
     """What is measured of a technique's frames: visibility (lights, height, width) float32, cost, and times by name."""
 
     visibility: npt.NDArray[np.float32]
@@ -43,7 +43,7 @@ class KeptFrame:
     times: dict[str, Timing]
 
 
-class Kept:
+class MeasurementCache:
     """The measurements in a folder. With `fresh` those that are there are not used, but written anew."""
 
     def __init__(self, folder: Path, *, fresh: bool = False) -> None:
@@ -60,15 +60,15 @@ class Kept:
         about = {"standard_error": truth.standard_error, "seconds": truth.seconds}
         self._write(self._path("truth", shot, samples), truth.visibility, about)
 
-    def frame(self, shot: Shot, technique: Technique, repeats: int, profile: str) -> KeptFrame | None:
+    def frame(self, shot: Shot, technique: Technique, repeats: int, profile: str) -> CachedFrame | None:
         """A technique's measured frame, if it is there."""
         found = self._read(self._path(technique.name, shot, technique, repeats, profile))
         if found is None:
             return None
         times = {name: Timing(**timing) for name, timing in found[1]["times"].items()}
-        return KeptFrame(found[0], FrameStats(**found[1]["stats"]), times)
+        return CachedFrame(found[0], FrameStats(**found[1]["stats"]), times)
 
-    def keep_frame(self, shot: Shot, technique: Technique, repeats: int, profile: str, frame: KeptFrame) -> None:
+    def keep_frame(self, shot: Shot, technique: Technique, repeats: int, profile: str, frame: CachedFrame) -> None:
         times = {name: dataclasses.asdict(timing) for name, timing in frame.times.items()}
         about = {"stats": dataclasses.asdict(frame.stats), "times": times}
         self._write(self._path(technique.name, shot, technique, repeats, profile), frame.visibility, about)

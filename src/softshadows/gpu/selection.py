@@ -1,4 +1,4 @@
-"""Buffers whose contents several take turns in: all are written at once, and copied in when a turn comes."""
+"""Buffers that hold one of several contents: all are written at once, and the selected one is copied in."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from softshadows.gpu.device import Dependency, Gpu
 from softshadows.gpu.growing import GrowingBuffer
 
 
-class Turns:
+class Selection:
     """Where the contents go, as buffers and offsets: each part fills its buffer from there to the end."""
 
     def __init__(self, gpu: Gpu, places: Sequence[tuple[wgpu.GPUBuffer, int]]) -> None:
         self._gpu, self._places = gpu, places
         self._stride = sum(buffer.size - offset for buffer, offset in places)
-        self._written = GrowingBuffer(gpu, self._stride, "what takes turns")
+        self._written = GrowingBuffer(gpu, self._stride, "contents to select from")
 
     @property
     def bytes(self) -> int:
@@ -31,7 +31,7 @@ class Turns:
             self._gpu.write(self._written.buffer, 0, b"".join(contents), what=what)
 
     def encode(self, encoder: wgpu.GPUCommandEncoder, index: int) -> None:
-        """Let number `index` take its turn."""
+        """Select the contents of number `index`."""
         at = index * self._stride
         for buffer, offset in self._places:
             size = buffer.size - offset
