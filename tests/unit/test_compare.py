@@ -124,7 +124,8 @@ def test_a_required_technique_that_cannot_do_a_light_is_refused_before_anything_
     shot = with_light(small_shot(), LINE)
     with pytest.raises(OptionError, match="penumbra_wedges"):
         run(
-            MeasurementCache(tmp_path / "cache"), Picture(shot, [HARD, make_technique("penumbra_wedges")], required=True)
+            MeasurementCache(tmp_path / "cache"),
+            Picture(shot, [HARD, make_technique("penumbra_wedges")], required=True),
         )
     assert not (tmp_path / "cache").exists()
 
