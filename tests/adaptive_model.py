@@ -71,7 +71,7 @@ class Gpu:
         They come by tile: two rows of 16 samples to a word, then a word whose bit y is the 17th sample of row y.
         """
         pairs = (rows + 1) // 2
-        words = self.words("masks")[: self.tiles[0] * self.tiles[1] * (pairs + 1) * TILE * TILE]
+        words = self.words("visibility_bits")[: self.tiles[0] * self.tiles[1] * (pairs + 1) * TILE * TILE]
         words = words.reshape(*self.tiles, pairs + 1, TILE, TILE).transpose(0, 3, 1, 4, 2)
         words = words.reshape(self.tiles[0] * TILE, self.tiles[1] * TILE, pairs + 1)
         number = np.arange(rows, dtype=np.uint32)

@@ -410,10 +410,10 @@ def test_a_full_hd_picture_fits_the_default_memory(options: dict[str, Any]) -> N
     with ss.Renderer(STANDARD, technique=Adaptive(**options), size=(1920, 1080)) as renderer:
         renderer.prepare()
         renderer.passes.technique.write(dict(enumerate(STANDARD.lights)))
-        ((sampling,),) = renderer.passes.technique._samplings.values()  # type: ignore[union-attr]
+        ((sampling, _),) = renderer.passes.technique._by_light  # type: ignore[union-attr]
         sizes = {name: buffer.size for name, buffer in vars(sampling.buffers).items()}
         tiles = -(-1920 // model.TILE) * -(-1080 // model.TILE)
-        assert sizes["masks"] == tiles * model.TILE**2 * 40
+        assert sizes["visibility_bits"] == tiles * model.TILE**2 * 40
         assert max(sizes.values()) <= 128 << 20, sizes  # WebGPU's default maxStorageBufferBindingSize
 
 

@@ -237,8 +237,8 @@ def test_rows_of_samples_between_each_other_keep_an_edge_along_the_light_in_its_
         assert abs((of_two - truth).mean()) * rows >= 0.3
 
 
-def test_maps_and_channels_are_kept_while_they_serve() -> None:
-    """Drawn once; drawn again with room for more once outgrown; then kept for both views."""
+def test_maps_and_channels_are_cached_while_the_view_asks_for_the_same() -> None:
+    """Drawn once, and again whenever a fresh renderer would choose other windows; what is drawn is then the same."""
     scene = stage.standard_scene(stage.LIGHTS["line"])
     technique = LineShadowMaps(samples=3, resolution=256)
     frames, drawn = [], []
@@ -247,10 +247,10 @@ def test_maps_and_channels_are_kept_while_they_serve() -> None:
             frames.append(renderer.render(dataclasses.replace(stage.CAMERA, vertical_fov=fov)))
             state = renderer.passes.technique.by_light[0][0].maps.state  # type: ignore[union-attr]
             drawn.append(int(np.asarray(acquire().device.queue.read_buffer(state)).view("<u4")[0]))
-    assert drawn == [0b111, 0, 0b111, 0, 0]
+    assert drawn == [0b111, 0, 0b111, 0b111, 0b111]
     assert stage.same_bits(frames[0].visibility, frames[1].visibility)
+    assert stage.same_bits(frames[0].visibility, frames[3].visibility)
     assert stage.same_bits(frames[2].visibility, frames[4].visibility)
-    assert np.abs(frames[3].visibility - frames[0].visibility).mean() < 0.01
 
 
 # -- Real scenes -------------------------------------------------------------------------------------------------------
