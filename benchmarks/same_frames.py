@@ -77,6 +77,9 @@ CONFIGS = (
     config("adaptive global", "adaptive", {"max_depth": 3, "refinement": "global", "threshold": 3}),
     config("adaptive deferred", "adaptive", {"max_depth": 2, "evaluation": "deferred"}, {"max_depth": 2}),
     config("adaptive paper", "adaptive", {"max_depth": 2, "weights": "paper", "comparison_scale": 0.5}),
+    config("bitmask", "bitmask"),
+    config("bitmask rows 16", "bitmask", {"rows": 16}),
+    config("bitmask preview", "bitmask", {"preset": "preview"}),
     config("variable_penumbra", "variable_penumbra"),
     config("variable_penumbra layers", "variable_penumbra", {"layers": 2}),
     config(

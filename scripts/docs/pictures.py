@@ -100,6 +100,10 @@ SHOWN: dict[str, tuple[Shown, Shown]] = {
         Shown("maps only where the picture needs them", "room"),
         Shown("bars that hide no corner of the light go unseen", "fence", {"max_depth": 1}, camera=BARS),
     ),
+    "bitmask": (
+        Shown("256 samples of the light in one walk a pixel", "room"),
+        Shown("an edge along the rows shows their steps", "blocker", {"rows": 4}, camera=ABOVE_THE_EDGE),
+    ),
     "variable_penumbra": (
         Shown("kernels as wide as the light asks for", "mannequin", {"kernels": "from_light"}),
         Shown("the paper's bands do not know the light's size", "blocker", camera=NEAR_THE_CARD),

@@ -32,6 +32,9 @@ def name_of(path: Path) -> str:
 STAND_INS = {
     "visibility/hybrid.wgsl": "visibility/rays/unclassified.wgsl",
     "visibility/rays/cutouts.wgsl": "visibility/rays/no_cutouts.wgsl",
+    "visibility/rays/world_space.wgsl": "visibility/rays/light_tree_space.wgsl",
+    "techniques/bitmask/rectangle.wgsl": "techniques/bitmask/line.wgsl",
+    "techniques/bitmask/cutouts.wgsl": "techniques/bitmask/no_cutouts.wgsl",
     "techniques/penumbra_wedges/wedges.wgsl": "techniques/penumbra_wedges/union.wgsl",
 }
 """Files that others stand in for, by a scene's materials or by an option."""

@@ -30,6 +30,7 @@ Vec2f = Annotated[tuple[float, float], "vec2f"]
 Vec3f = Annotated[tuple[float, float, float], "vec3f"]
 Vec4f = Annotated[tuple[float, float, float, float], "vec4f"]
 Vec2u = Annotated[tuple[int, int], "vec2u"]
+Vec4u = Annotated[tuple[int, int, int, int], "vec4u"]
 ArrayOfVec4f = Annotated[npt.NDArray[np.float32], "array<vec4f>"]
 """(n, 4), as many as there are: a struct's last member."""
 

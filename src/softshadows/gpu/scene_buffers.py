@@ -46,13 +46,29 @@ class MaterialRecord(Struct):
     emission_texture: I32
 
 
+class MaskedTriangle(Struct):
+    """All that says where the surface of a triangle with an alpha mask exists (visibility/rays/masked.wgsl), by corner.
+
+    `base_alpha` is the material's; `texture` is the index of a TextureRecord, -1 for none.
+    """
+
+    texcoords_a: Vec4f
+    texcoords_b: Vec4f
+    texcoords_c: Vec4f
+    alphas: Vec3f
+    cutoff: F32
+    base_alpha: F32
+    texture: I32
+
+
 class SceneBuffers:
     """GPU copies of a Geometry.
 
     positions: array<f32>, three per vertex, world space, also a vertex buffer; indices: array<u32>, also an index
     buffer; attributes: array<VertexAttributes>; faces: array<vec4f> (unit normal by winding, material index as a
     float); occluder_boxes: low and high corner of clusters of triangles;
-    materials, textures: records; pages: rgba8unorm 2-d array texture.
+    materials, textures: records; masked: array<MaskedTriangle>, the triangles behind the opaque ones; pages: rgba8unorm
+    2-d array texture.
     """
 
     def __init__(self, gpu: Gpu, geometry: Geometry) -> None:
@@ -81,6 +97,8 @@ class SceneBuffers:
             _USAGE.STORAGE,
             "the records of textures",
         )
+        masked = _masked_triangles(geometry, index_of).view(np.uint8)
+        self.masked = self._buffer(masked, _USAGE.STORAGE, "the triangles with alpha masks")
         self.pages = self._pages(pages)
         self.pages_view = self.pages.create_view(dimension="2d-array")
         self.occluder_boxes = self._buffer(_box_records(geometry), _USAGE.STORAGE, "the occluders' boxes")
@@ -106,6 +124,15 @@ class SceneBuffers:
             "vertex_attributes": self.attributes,
             "faces": self.faces,
             "materials": self.materials,
+            "texture_records": self.textures,
+            "texture_pages": self.pages_view,
+        }
+
+    @property
+    def masked_resources(self) -> dict[str, Resource]:
+        """What visibility/rays/masked.wgsl declares."""
+        return {
+            "masked_triangles": self.masked,
             "texture_records": self.textures,
             "texture_pages": self.pages_view,
         }
@@ -140,6 +167,27 @@ def _slots(material: Material) -> list[Texture | None]:
     return [material.base_color_texture, material.metallic_roughness_texture, material.emission_texture]
 
 
+def _masked_triangles(geometry: Geometry, index_of: dict[int, int]) -> np.ndarray:
+    """(k,) MaskedTriangles."""
+    corners = geometry.triangles[geometry.opaque_count :]
+    used = geometry.material_index[geometry.opaque_count :]
+    records = np.zeros(len(corners), dtype(MaskedTriangle))
+    for corner, name in enumerate("abc"):
+        records[f"texcoords_{name}"] = geometry.texcoords[corners[:, corner]]
+    records["alphas"] = _unorm16(geometry.colors[corners, 3]) / np.float32(65535.0)
+    for index in np.unique(used):
+        material, of_it = geometry.materials[index], used == index
+        texture = material.base_color_texture
+        records["cutoff"][of_it] = material.alpha_cutoff
+        records["base_alpha"][of_it] = material.base_color[3]
+        records["texture"][of_it] = -1 if texture is None else index_of[id(texture)]
+    return records
+
+
+def _unorm16(values: np.ndarray) -> np.ndarray:
+    return np.round(np.clip(values, 0.0, 1.0) * 65535.0).astype(np.uint32)
+
+
 def _material_record(material: Material, index_of: dict[int, int]) -> MaterialRecord:
     base, metallic_roughness, emission = (-1 if slot is None else index_of[id(slot)] for slot in _slots(material))
     return MaterialRecord(
@@ -163,7 +211,7 @@ def _attributes(geometry: Geometry) -> np.ndarray:
     attributes = np.zeros(len(geometry.positions), dtype(VertexAttributes))
     attributes["texcoords"] = geometry.texcoords
     attributes["normal"] = _octahedral(geometry.normals)
-    color = np.round(np.clip(geometry.colors, 0.0, 1.0) * 65535.0).astype(np.uint32)
+    color = _unorm16(geometry.colors)
     attributes["color_rg"] = color[:, 0] | color[:, 1] << 16
     attributes["color_ba"] = color[:, 2] | color[:, 3] << 16
     return attributes

@@ -124,6 +124,13 @@ class Light:
         places = {name: getattr(self, name) for name in ("position", "target", "start", "end") if hasattr(self, name)}
         return replace(self, **{name: _shifted(place, offset) for name, place in places.items()})
 
+    def holds(self, points: Array) -> npt.NDArray[np.bool_]:
+        """(...) bool: do points (..., 2) of light space, within the half extent, lie on the light?"""
+        if not self.is_round:
+            return np.ones(points.shape[:-1], bool)
+        a, b = self.half_extent
+        return np.hypot(points[..., 0] / a, points[..., 1] / b) <= 1.0
+
     def in_plane(self, x: Array, y: Array) -> tuple[Array, Array]:
         """Metres along right and up of points (x, y) of the square [−1, 1]²; equal areas map to equal areas.
 

@@ -8,6 +8,7 @@ from typing import Any
 from softshadows.errors import OptionError
 from softshadows.techniques.adaptive.adaptive import Adaptive, CellFilter, NoFilter, PcfFilter
 from softshadows.techniques.base import Technique
+from softshadows.techniques.bitmask.bitmask import Bitmask
 from softshadows.techniques.common_options import Hybrid, Maps, Rays, WholeLight
 from softshadows.techniques.hard.hard import Hard
 from softshadows.techniques.line_shadow_maps.line_shadow_maps import AutoSamples, LineShadowMaps
@@ -36,6 +37,7 @@ TECHNIQUES: dict[str, type[Technique]] = {
         Vsm,
         Uniform,
         Adaptive,
+        Bitmask,
         VariablePenumbra,
         LineShadowMaps,
         OccludingEdges,
@@ -49,6 +51,7 @@ __all__ = [
     "Additive",
     "AutoSamples",
     "Bands",
+    "Bitmask",
     "CellFilter",
     "Ends",
     "Fixed",

@@ -4,10 +4,11 @@
 //#include "gpu/scene.wgsl"
 //#include "tree_node.wgsl"
 //#include "invocation.wgsl"
+//#include "world_space.wgsl"
 
 @group(0) @binding(0) var<uniform> tree: TreeGrid;
 @group(0) @binding(1) var<storage, read> order: array<u32>;                    // the triangle at every place
-@group(0) @binding(2) var<storage, read_write> tree_triangles: array<vec4f>;   // three corners at every place, world space
+@group(0) @binding(2) var<storage, read_write> tree_triangles: array<vec4f>;   // three corners at every place, in the tree's space
 @group(0) @binding(3) var<storage, read_write> pyramid: array<vec4u>;          // boxes, one level after the other
 @group(0) @binding(4) var<storage, read> shapes: array<vec4u>;                 // by node: first place, end, link, 0
 @group(0) @binding(5) var<storage, read_write> tree_nodes: array<vec4u>;
@@ -41,9 +42,9 @@ fn cs_gather(@builtin(global_invocation_id) id: vec3u, @builtin(num_workgroups) 
     }
     let triangle = order[place];
     let vertices = triangle_vertices(triangle);
-    let a = vertex_position_ws(vertices.x);
-    let b = vertex_position_ws(vertices.y);
-    let c = vertex_position_ws(vertices.z);
+    let a = tree_space(vertex_position_ws(vertices.x));
+    let b = tree_space(vertex_position_ws(vertices.y));
+    let c = tree_space(vertex_position_ws(vertices.z));
     tree_triangles[3u * place] = vec4f(a, bitcast<f32>(triangle));
     tree_triangles[3u * place + 1u] = vec4f(b, 0.0);
     tree_triangles[3u * place + 2u] = vec4f(c, 0.0);

@@ -13,6 +13,8 @@ Nothing here waits for the GPU: the CPU knows the counts, and a frame encodes wh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 import wgpu
 
@@ -40,9 +42,6 @@ CUT_SHORT = (
     "is shadow. Render fewer samples, or use visibility='map'."
 )
 """A frame's warning: software drivers bound the rounds of a shader's loops."""
-CUTOUT_BUFFERS = 14
-"""Storage buffers of a stage that looks at alpha masks: five of the scene's, two of the tree's, up to seven of the
-technique's."""
 
 
 class Bvh:
@@ -61,17 +60,11 @@ class Bvh:
         count = len(geometry.triangles)
         if count > MOST_TRIANGLES:
             raise DeviceError(f"rays can walk through {MOST_TRIANGLES} triangles; the scene has {count}.")
-        most = gpu.limit("max-storage-buffers-per-shader-stage")
-        if self.has_cutouts and most < CUTOUT_BUFFERS:
-            raise DeviceError(
-                f"rays through surfaces with alpha masks read {CUTOUT_BUFFERS} storage buffers in one shader stage; "
-                f"this device allows {most}. Use visibility='map', or profile 'full' on an adapter that allows more."
-            )
         by_gpu = count > 0 and (builder == "gpu" or (builder == "auto" and count > MOST_ON_CPU))
         most_nodes = max(2 * count - 1, 0)  # with a triangle in each leaf
         self.bytes = 0
-        self._levels = _pyramid_levels(count)
-        pyramid_bytes = max(16 * sum(self._levels), Lbvh.scratch_bytes(count) if by_gpu else 0)
+        self.levels = _pyramid_levels(count)
+        pyramid_bytes = max(16 * sum(self.levels), Lbvh.scratch_bytes(count) if by_gpu else 0)
         self.grid = self._buffer(dtype(TreeGrid).itemsize, _USAGE.UNIFORM, "the tree's grid")
         self.nodes = self._buffer(16 * most_nodes, _USAGE.STORAGE, "the tree of the triangles")
         self.triangles = self._buffer(TRIANGLE_BYTES * count, _USAGE.STORAGE, "the tree's triangles")
@@ -80,7 +73,8 @@ class Bvh:
         self._pyramid = self._buffer(pyramid_bytes, _USAGE.STORAGE, "the boxes below the tree")
         self._parts = Parts(geometry) if count and not by_gpu else None
         self._lbvh = self._make_lbvh() if by_gpu else None
-        self._gather, self._reduce, self._bound = self._make_programs()
+        places = {"tree": self.grid, "tree_triangles": self.triangles, "tree_nodes": self.nodes}
+        self._gather, self._reduce, self._bound = self.make_refit(places)
 
     def _buffer(self, size: int, usage: int, what: str) -> wgpu.GPUBuffer:
         buffer = self.gpu.buffer(max(size, 256), usage, what)
@@ -99,23 +93,24 @@ class Bvh:
         self.bytes += lbvh.bytes
         return lbvh
 
-    def _make_programs(self) -> tuple[Program, list[Program], Program]:
-        """The steps of a refit."""
+    def make_refit(
+        self, places: Mapping[str, Resource], stand_ins: Mapping[str, str] | None = None
+    ) -> tuple[Program, list[Program], Program]:
+        """The steps of a refit into `places`: grid, triangles and nodes, by the names of refit.wgsl."""
         resources: dict[str, Resource] = {
-            "tree": self.grid,
             "order": self._order,
-            "tree_triangles": self.triangles,
             "pyramid": self._pyramid,
             "shapes": self._shapes,
-            "tree_nodes": self.nodes,
             "vertex_positions_ws": self._scene.positions,
             "triangle_indices": self._scene.indices,
+            **places,
         }
 
         def program(entry: str, **constants: float) -> Program:
-            return Program(self.gpu, "visibility/rays/refit.wgsl", entry, resources, constants=constants)
+            file = "visibility/rays/refit.wgsl"
+            return Program(self.gpu, file, entry, resources, constants=constants, stand_ins=stand_ins)
 
-        reduce = [program("cs_reduce", level=level) for level in range(1, len(self._levels))]
+        reduce = [program("cs_reduce", level=level) for level in range(1, len(self.levels))]
         return program("cs_gather"), reduce, program("cs_bound")
 
     @property
@@ -125,13 +120,13 @@ class Bvh:
 
     @property
     def resources(self) -> dict[str, Resource]:
-        """What occluded.wgsl declares, and the scene that cutouts.wgsl reads where the scene has any."""
+        """What occluded.wgsl declares, and masked.wgsl where the scene has alpha masks."""
         own: dict[str, Resource] = {
             "tree": self.grid,
             "tree_nodes": self.nodes,
             "tree_triangles": self.triangles,
         }
-        return {**own, **self._scene.resources} if self.has_cutouts else own
+        return {**own, **self._scene.masked_resources} if self.has_cutouts else own
 
     @property
     def stand_ins(self) -> dict[str, str]:
@@ -166,7 +161,7 @@ class Bvh:
     def _fit(self, commands: Commands, node_count: int) -> None:
         """Boxes for the tree whose shape is known."""
         with commands.compute("tree") as compute:
-            for program, count in zip([self._gather, *self._reduce], self._levels, strict=True):
+            for program, count in zip([self._gather, *self._reduce], self.levels, strict=True):
                 program.dispatch(compute, groups_of(count))
             self._bound.dispatch(compute, groups_of(node_count))
 

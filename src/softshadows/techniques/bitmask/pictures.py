@@ -1,0 +1,52 @@
+"""What walks do, pixel by pixel: for pictures and tests."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from softshadows.scene.lights import Light
+from softshadows.techniques.bitmask.bitmask import BitmaskPass, WalkedLight, row_sets
+
+WORDS = 10
+"""32-bit words that look.wgsl writes for a pixel: eight of hidden samples, boxes, triangles."""
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """What the walks of a light did: hidden (height, width, words, 32) bool, the samples that are not seen, as
+    lights/rows.py orders them; boxes and triangles (height, width) that the first walk met.
+    """
+
+    hidden: npt.NDArray[np.bool_]
+    boxes: npt.NDArray[np.uint32]
+    triangles: npt.NDArray[np.uint32]
+
+
+def look(at_work: BitmaskPass, light: Light, index: int) -> Look:
+    """The last frame's light, of which the visibility is number `index`; it has an extent."""
+    walked = at_work.walked(light, index)
+    sets = list(row_sets(light, at_work.technique.rows, at_work.refinements))
+    words = [_words(at_work, walked, number) for number in range(len(sets))]
+    counts = [int(rows.count) for rows in sets]
+    bits = [
+        np.unpackbits(np.ascontiguousarray(each[..., :8]).view(np.uint8), axis=-1, bitorder="little")
+        .reshape(*each.shape[:2], 8, 32)[:, :, :count]
+        .astype(bool)
+        for each, count in zip(words, counts, strict=True)
+    ]
+    return Look(np.concatenate(bits, axis=2), words[0][..., 8], words[0][..., 9])
+
+
+def _words(at_work: BitmaskPass, walked: WalkedLight, number: int) -> npt.NDArray[np.uint32]:
+    gpu, (width, height) = at_work.context.gpu, at_work.context.gbuffer.size
+    looks = gpu.storage_buffer(4 * WORDS * width * height, "what walks do")
+    program = walked.program("look.wgsl", "cs_look", number, {"looks": looks})
+    encoder = gpu.device.create_command_encoder()
+    compute = encoder.begin_compute_pass()
+    program.dispatch(compute, (-(-width // 8), -(-height // 8)))
+    compute.end()
+    gpu.device.queue.submit([encoder.finish()])
+    return np.frombuffer(memoryview(gpu.device.queue.read_buffer(looks)), np.uint32).reshape(height, width, WORDS)

@@ -1,0 +1,91 @@
+// One walk of the tree for all samples of a light: each box asks whether it could hide a sample that is not hidden yet, each
+// triangle marks what it hides. The light is a rectangle, or a line where line.wgsl stands in for it.
+
+//#include "rectangle.wgsl"
+//#include "cutouts.wgsl"
+
+@group(1) @binding(2) var<storage, read> tree_nodes: array<vec4u>;
+@group(1) @binding(3) var<storage, read> tree_triangles: array<vec4f>;  // three corners each, light space; number in the first's w
+
+override is_stratified = false;  // every pixel of a block of 4×4 moves the samples elsewhere
+
+// Orthogonal Latin squares by pixel of a block: the quarter of a cell, across and up, that its samples lie in (lights/jitter.py).
+const QUARTERS_ACROSS = vec4u(0x3120u, 0x1302u, 0x2031u, 0x0213u);
+const QUARTERS_UP = vec4u(0x3120u, 0x2031u, 0x0213u, 0x1302u);
+
+fn shift_of(pixel: vec2u) -> vec2f {
+    if !is_stratified {
+        return row_set.shift;
+    }
+    let place = 4u * (pixel.x % 4u);
+    let across = f32((QUARTERS_ACROSS[pixel.y % 4u] >> place) & 3u);
+    let up = f32((QUARTERS_UP[pixel.y % 4u] >> place) & 3u);
+    let share = (vec2f(4.0 * across + up, 4.0 * up + across) + 0.5) / 16.0 - 0.5;
+    return row_set.shift + share * vec2f(1.0, 1.0 - row_set.slant);
+}
+
+// The far side of a solid is enough: its near side hides no more, and a receiver on it would meet its own surface.
+fn mark_triangle(view: View, place: u32) {
+    triangles_met++;
+    let first = tree_triangles[3u * place];
+    let corners = corners_from(view, first.xyz, tree_triangles[3u * place + 1u].xyz, tree_triangles[3u * place + 2u].xyz);
+    let triangle = bitcast<u32>(first.w);
+    if triangle < light_tree.solid_count && volume_of(view, corners) <= 0.0 {
+        return;
+    }
+    let lowest = min(corners.a.z, min(corners.b.z, corners.c.z));
+    let highest = max(corners.a.z, max(corners.b.z, corners.c.z));
+    var marks: Marks;
+    if lowest > view.nearest && highest < view.height - view.nearest {
+        marks = marks_of_picture(view, corners.a, corners.b, corners.c);
+    } else {
+        marks = marks_of_planes(view, corners.a, corners.b, corners.c);
+    }
+    hide(existing(view, marks, corners, triangle));
+}
+
+// How much this invocation has met, for those who count it; elsewhere a compiler drops it.
+var<private> boxes_met: u32;
+var<private> triangles_met: u32;
+
+// [Laine2005 shaft] Mark all samples that a triangle hides. Boxes stand in the inner loop and triangles in the outer one (gpu/driver.wgsl).
+// False where the walk was cut short.
+fn mark_hidden(view: View) -> bool {
+    let cell = 1.0 / light_tree.cells_per_metre;
+    let count = light_tree.node_count;
+    var node = 0u;
+    var is_walking = count > 0u && !are_all_hidden();
+    while is_walking {
+        var place = 0u;
+        var end = 0u;
+        while place == end && node < count {
+            boxes_met++;
+            let box = tree_nodes[node];
+            let low = light_tree.low_ws + box_low(box) * cell;
+            let high = light_tree.low_ws + box_high(box) * cell;
+            let is_met = may_hide(view, low, high);
+            let is_leaf = box.w >= LEAF;
+            place = select(0u, leaf_first(box), is_met && is_leaf);
+            end = select(0u, leaf_end(box), is_met && is_leaf);
+            node = select(box.w, node + 1u, is_met || is_leaf);
+        }
+        while place < end {
+            mark_triangle(view, place);
+            place++;
+        }
+        is_walking = node < count && !are_all_hidden();
+    }
+    return !is_walking;
+}
+
+// Which samples does the receiver see? Those whose bits are not set afterwards. False where the walk was cut short.
+fn walk(receiver: Receiver, pixel: vec2u) -> bool {
+    let seen = seen_by(light, receiver);
+    let view = view_of(lifted(seen), shift_of(pixel));
+    begin_hidden();
+    hide_below_horizon(view);
+    if !is_on_emitting_side(light, seen) {
+        hide(Marks(ALL, ALL));
+    }
+    return mark_hidden(view);
+}
