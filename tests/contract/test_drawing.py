@@ -73,7 +73,8 @@ def test_drawn_images_are_the_rendered_ones(name: str) -> None:
     assert number == stats.number == 1
     for field in ("shadow_maps", "lookups_per_pixel", "warnings", "submits"):
         assert getattr(stats, field) == getattr(frame.stats, field)
-    assert stats.gpu_ms.keys() - {"mean"} == frame.stats.gpu_ms.keys()
+    once = {"tree", "light_tree"}  # fitted in the first frame alone
+    assert stats.gpu_ms.keys() - {"mean"} - once == frame.stats.gpu_ms.keys() - once
     assert stats.cpu_ms > 0.0
 
 

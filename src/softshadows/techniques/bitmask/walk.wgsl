@@ -24,13 +24,15 @@ fn shift_of(pixel: vec2u) -> vec2f {
     return row_set.shift + share * vec2f(1.0, 1.0 - row_set.slant);
 }
 
-// The far side of a solid is enough: its near side hides no more, and a receiver on it would meet its own surface.
+// The far side of a solid is enough: its near side hides no more, and a receiver on it would meet its own surface. A triangle
+// without a plane hides nothing.
 fn mark_triangle(view: View, place: u32) {
     triangles_met++;
     let first = tree_triangles[3u * place];
     let corners = corners_from(view, first.xyz, tree_triangles[3u * place + 1u].xyz, tree_triangles[3u * place + 2u].xyz);
     let triangle = bitcast<u32>(first.w);
-    if triangle < light_tree.solid_count && volume_of(view, corners) <= 0.0 {
+    let is_degenerate = all(cross(corners.c - corners.a, corners.a - corners.b) == vec3f(0.0));
+    if is_degenerate || (triangle < light_tree.solid_count && volume_of(view, corners) <= 0.0) {
         return;
     }
     let lowest = min(corners.a.z, min(corners.b.z, corners.c.z));
