@@ -32,7 +32,7 @@ class Tree:
     capped: Bools = field(default_factory=lambda: np.zeros((0, 0), bool))  # a cell of the deepest level fails
 
     def depth(self) -> int:
-        """Of the deepest cell in any tile's tree."""
+        """The level of the deepest cell in any tile's tree."""
         return max((level for (level, _, _), tiles in self.present.items() if tiles.any()), default=0)
 
     def same_as(self, other: Tree) -> list[str]:
@@ -272,7 +272,7 @@ def visibility(gpu: Gpu, tree: Tree, rule: str) -> npt.NDArray[np.float64]:
 
 
 def lookups(gpu: Gpu, tree: Tree) -> int:
-    """Of all pixels with a surface: as many as their tile's tree has samples."""
+    """Look-ups of all pixels with a surface: as many as their tile's tree has samples."""
     per_tile = requested(gpu.lattice, tree).sum(axis=(2, 3))
     return int((by_pixel(per_tile, gpu.surface.shape) * gpu.surface).sum())
 

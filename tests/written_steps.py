@@ -9,7 +9,7 @@ BLOCK = re.compile(r'^```(\w+) title="([^"]+)"\n(.*?)^```$', re.MULTILINE | re.D
 
 
 def blocks(page: Path) -> list[tuple[str, str, str]]:
-    """Of a page: each block's language, the file that it is, and its text."""
+    """A page's blocks: each one's language, the file that it is, and its text."""
     return [(language, file, text) for language, file, text in BLOCK.findall(page.read_text(encoding="utf-8"))]
 
 

@@ -25,7 +25,7 @@ WIDEST = 60.0
 """Degrees. Beyond it a spot light's map has few texels in the middle."""
 
 NEAR = 0.9
-"""Of the depth of the nearest vertex in front of the light."""
+"""Share of the depth of the nearest vertex in front of the light."""
 
 
 def write_subject(shot: Shot, frame: ss.Frame, repeats: int, folder: Path) -> None:

@@ -102,7 +102,7 @@ def mask_of(scene: ss.Scene, technique: VariablePenumbra) -> np.ndarray:
 
 
 def texels_per_metre(renderer: ss.Renderer) -> float:
-    """Of the only view of a map whose light shines straight down."""
+    """Texels along a metre of the only view of a map whose light shines straight down."""
     ((maps, _),) = renderer.passes.technique.by_light  # type: ignore[union-attr]
     data = bytes(acquire().device.queue.read_buffer(maps.views))  # type: ignore[arg-type]
     views = np.frombuffer(data, layout.dtype(ShadowView))
@@ -243,7 +243,7 @@ def test_only_0_and_1_beyond_the_kernel(preset: str) -> None:
 
 @cache
 def reads_of(technique: VariablePenumbra) -> tuple[float, float]:
-    """Of a frame of `mannequin` per pixel: what the picture's pixels read, and the map's texels before them."""
+    """Reads per pixel of a frame of `mannequin`: by the picture's pixels, and by the map's texels before them."""
     size = (512, 384)
     frame = stage.render(ss.scenes.mannequin(), technique, size)
     texel_reads = (1 + 1 + technique.edge_filter) * int(technique.resolution) ** 2

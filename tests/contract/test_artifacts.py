@@ -18,7 +18,7 @@ from softshadows.scene.builtin import shapes
 
 RESOLUTION = 512
 DISTANCE = 8.0
-"""Of the light from what it lights, metres."""
+"""Metres from the light to what it lights."""
 
 WHITE = (1.0, 1.0, 1.0)
 SPHERE_CENTER = (0.0, 3.0, -1.5)

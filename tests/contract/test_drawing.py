@@ -159,7 +159,7 @@ def test_drawing_refines_while_nothing_moves() -> None:
 
 
 def test_the_mean_is_that_of_double_precision() -> None:
-    """Of refined frames, against their frames one by one: a running mean in single precision."""
+    """The mean of refined frames, against their frames one by one: a running mean in single precision."""
     technique, count = Uniform(grid=3, resolution=256), 40
     scene = stage.standard_scene()
     with ss.Renderer(scene, technique=technique, size=stage.SIZE) as renderer:

@@ -25,6 +25,7 @@ OLD_WORDS: dict[str, str] = {
     r"\bdrawn anew\b|\bdraws? all anew\b|\bkeeps?_maps\b|\bkept maps?\b|\bmaps (?:are )?kept\b": "redrawn; cached",
     r"\btakes? (?:its|their) turns?\b|\bin turns\b|\btakes? turns\b|\brender_in_turns\b": "is selected; interleaved",
     r"\bnearer the truth\b": "more accurate",
+    r'(?m)^\s*"""Of ': "say what it is, with its unit",
 }
 """A pattern of what is not written, and what is."""
 

@@ -115,7 +115,7 @@ def test_nothing_has_no_edges() -> None:
 
 
 def test_a_million_triangles_in_three_seconds() -> None:
-    """Of a core of one's own: the first of three runs that others did not slow down."""
+    """Seconds of a core of one's own: the first of three runs that others did not slow down."""
     sphere = shapes.sphere(1_000_000, 1.0)
 
     def seconds() -> float:

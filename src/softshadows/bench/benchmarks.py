@@ -175,7 +175,7 @@ COLUMNS: list[tuple[str, Callable[[Row], str]]] = [
     ("look-ups", lambda row: f"{row['lookups_per_pixel']:.1f}"),
     ("MiB", lambda row: f"{row['gpu_bytes'] / MEBIBYTE:.0f}"),
 ]
-"""Of a table of techniques: what stands above, and what of a row stands below."""
+"""Columns of a table of techniques: the heading, and what of a row stands below."""
 ABOUT = "about"
 """A figure that is a sentence, which stands below the table: what a peer does."""
 UNKNOWN = ("maps", "look-ups", "MiB")

@@ -27,7 +27,7 @@ Floats = npt.NDArray[np.float32]
 SIDE = 100.0
 """Metres along a side of the terrain."""
 ROUGHNESS = 0.5
-"""Of the heights' waves: amplitude over that of waves twice as long."""
+"""Amplitude of the heights' waves over that of waves twice as long."""
 LIGHT_HALF = 2.0
 LIGHT_HEIGHT = 20.0
 """Metres: the light that rays go to, a square over the middle."""

@@ -17,7 +17,7 @@ MOST_COLUMNS = 5
 """Techniques side by side in 80 columns."""
 
 LEAST_SHARE = 0.01
-"""Of a run, before which its end is not foretold."""
+"""Share of a run before which its end is not foretold."""
 
 
 @contextmanager

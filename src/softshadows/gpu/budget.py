@@ -13,7 +13,7 @@ SUBMIT_MS = 500.0
 """What one submit may take, after those speeds. Browsers and drivers stop work after 2 to 30 seconds."""
 
 ROUNDS_OF_DISPATCH = 50_000
-"""Of its loops, that an invocation may count in one dispatch, below the 65 535 that llvmpipe allows (driver.wgsl)."""
+"""Rounds of loops that an invocation may count in a dispatch, below the 65 535 that llvmpipe allows (driver.wgsl)."""
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ class Selection:
 
     @property
     def bytes(self) -> int:
-        """Of what has been written."""
+        """What the written contents take."""
         return self._written.size
 
     def write(self, contents: Sequence[bytes], what: Dependency) -> None:

@@ -18,7 +18,7 @@ from softshadows.scene.lights import Light
 COLUMNS = 32
 """Samples of a row: the bits of a word."""
 SLANT = 0.62
-"""Of a row's height: measured in docs/decisions/0019-bitmask.md."""
+"""How far a row climbs over the light's width, in row heights: docs/decisions/0019-bitmask.md."""
 LINE_SAMPLES_PER_ROW = 8
 
 

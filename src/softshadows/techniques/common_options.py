@@ -66,4 +66,4 @@ SHADING_HELP = (
     "how visible parts of a line light are weighed: alike, or by the illumination at the ends of their segment, as in "
     "the paper"
 )
-"""Of the two techniques that know which part is visible (visibility/line_maps/ends.wgsl)."""
+"""Help of an option that the two techniques have which know what part is visible (visibility/line_maps/ends.wgsl)."""

@@ -85,7 +85,7 @@ class FramePasses:
 
     @property
     def bytes(self) -> int:
-        """Of everything but the scene."""
+        """What everything but the scene takes."""
         images = self.gbuffer.bytes + self._visibility.size + self.shading.bytes + self.readback.size + self.ring.size
         return images + self.groups.bytes + self.mean.bytes
 

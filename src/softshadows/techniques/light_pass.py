@@ -108,7 +108,7 @@ class Combination(ABC, Generic[AskedT]):
 
     @property
     def bytes(self) -> int:
-        """Of its buffers and textures."""
+        """What its buffers and textures take."""
         return 0
 
     @abstractmethod

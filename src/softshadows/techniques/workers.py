@@ -57,7 +57,7 @@ class Workers(Generic[KeyT, WorkerT]):
 
     @property
     def bytes(self) -> int:
-        """Of all that were made."""
+        """What all that were made take."""
         return sum(worker.bytes for workers in self._by_kind.values() for worker in workers)
 
 

@@ -22,7 +22,7 @@ class Provider(ABC):
     @property
     @abstractmethod
     def bytes(self) -> int:
-        """Of its buffers and textures, without those that it shares."""
+        """What its buffers and textures take, without those that it shares."""
 
     @property
     def can_cache(self) -> bool:

@@ -75,7 +75,7 @@ RAYS = (4, 9, 16, 25, 36, 64, 100, 144, 256)
 RAY_SEED = 1
 """Not the truth's, whose errors would be the same."""
 AMPLIFICATIONS = (5, 40)
-"""Of the paper's difference images: figures 7 and 10."""
+"""Factors on the paper's difference images: figures 7 and 10."""
 
 
 @dataclass(frozen=True)

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
 NAMES = ("none", "hard", "pcf", "pcss", "vsm", "uniform")
 SIZE = (512, 384)
-"""Of suites that ask for no other."""
+"""Size of suites that ask for no other."""
 SMALL = (320, 240)
-"""Of this one, which has many pictures: so they take minutes on two cores without a GPU."""
+"""Size of this suite, which has many pictures: so they take minutes on two cores without a GPU."""
 SCENES_VARIABLE = "SOFTSHADOWS_SCENES"
 
 

@@ -88,14 +88,14 @@ TECHNIQUES: tuple[Technique, ...] = (
 RAYS = (4, 16, 36, 64, 144, 256)
 """Per pixel: the errors of the techniques lie among theirs."""
 SEGMENTS = 1_700_000
-"""Of each picture, at least: 10⁷ of the six shots."""
+"""Least number of rays for each picture: 10⁷ for the six shots."""
 AT_ONCE = 1 << 18
 """Segments before it is the other's turn."""
 PARTS = 4
 """For each core, so that none waits long for the others."""
 SEED = 2
 SHIFTS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
-"""Of a disagreeing ray, in shares of the scene's diagonal."""
+"""Shifts of a disagreeing ray, in shares of the scene's diagonal."""
 SHIFTED = 64
 """Rays around it for each of them."""
 SUN = RectLight((15.0, 30.0, 10.0), (0.0, 0.0, 0.0), 6.0, 6.0, (100.0, 100.0, 100.0))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 SIZE = (256, 192)
 SHARES = (0.5, 1.0, 2.0)
-"""Of the size's width and height."""
+"""Factors on the size's width and height."""
 GRIDS, DEPTHS = (2, 3, 5, 9, 17), (1, 2, 3, 4)
 SPHERES = (1, 2, 4)
 """Along each side of the cube."""

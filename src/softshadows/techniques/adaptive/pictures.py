@@ -35,19 +35,19 @@ Cell = tuple[int, int, int]
 
 ROOT: Cell = (0, 0, 0)
 ROW_BITS = 16
-"""Of a row of samples, in the words with two rows each; the 17th samples of all rows share a word (tree.wgsl)."""
+"""Bits of a row of samples, in the words with two rows each; the 17th samples of all rows share a word (tree.wgsl)."""
 
 HEAT = ("000004", "1c1044", "4f127b", "812581", "b5367a", "e55964", "fb8761", "fec287", "fcfdbf")
 """Nine equal steps of matplotlib's "magma" (public domain): its lightness rises evenly."""
 BACKGROUND = (0.25, 0.27, 0.30)
 COUNT_COLORS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.8, 0.0), (0.15, 0.35, 1.0), (0.0, 0.0, 0.0))
-"""Of 0..4 visible corners, as in the paper's figure 6: red 1, green 2, blue 3, black none or all."""
+"""Colours of 0..4 visible corners, as in the paper's figure 6: red 1, green 2, blue 3, black none or all."""
 
 CELL_PIXELS = 32
 """In the picture of the light, along a cell of the deepest level."""
 MARGIN = 24
 DEPTH_SHADES = (0.08, 0.72)
-"""Of the root and of the deepest leaves on the heat scale: white lines show on all of them."""
+"""Places of the root and of the deepest leaves on the heat scale: white lines show on all of them."""
 DOT = 3
 SCALE_HEIGHT = 44
 """Pixels below a picture that its scale takes."""

@@ -107,7 +107,7 @@ class AdaptiveSampling:
 
     @property
     def lattice(self) -> Lattice:
-        """Of the lights' points."""
+        """How far the lights' points are moved, by number."""
         return self._lattice
 
     @property

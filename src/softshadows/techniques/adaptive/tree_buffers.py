@@ -19,7 +19,7 @@ QUADRANTS, CELLS_PER_ROW = constant(_TREE, "QUADRANTS"), constant(_TREE, "CELLS_
 DEEPEST_CELLS = constant("techniques/adaptive/probes.wgsl", "DEEPEST_CELLS")
 CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 2
 DISPATCH_BYTES = 16
-"""Of an indirect dispatch's arguments, in array<vec4u>."""
+"""Bytes of an indirect dispatch's arguments, in array<vec4u>."""
 
 
 def tiles_of(size: tuple[int, int]) -> tuple[int, int]:

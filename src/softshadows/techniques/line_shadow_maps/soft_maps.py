@@ -30,7 +30,7 @@ CHANNEL_FORMAT = "rg16float"
 BYTES_PER_TEXEL = 8
 """Depth and two channels."""
 TEXELS_PER_SKIN = 32
-"""Of all maps' texels, so many share a place in the list of skins. The classroom has one in 128 at 1024×768."""
+"""How many of all maps' texels share a place in the list of skins. The classroom has one in 128 at 1024×768."""
 FEWEST_SKINS = 1 << 18
 """Places in the list at least, 4 MiB: small maps have more skins per texel. Those beyond the list are left out as their
 threads come, so that no two frames are alike; atrium and classroom at 96×72 have 125 000."""
@@ -42,7 +42,7 @@ THRESHOLD_TEXELS = 1.0
 """The least depth of a discontinuity, in texels of its distance."""
 CLEAR_OFFSET, DRAW_OFFSET = (4 * constant(f"{_FOLDER}/skins.wgsl", name) for name in ("CLEAR", "DRAW"))
 DRAW_BYTES = 16
-"""Of one draw's arguments."""
+"""Bytes of one draw's arguments."""
 _QUADS = {"topology": "triangle-list"}
 _LEAST = {"src_factor": "one", "dst_factor": "one", "operation": "min"}
 

@@ -70,9 +70,9 @@ from softshadows.visibility.line_maps.line_maps import COLUMNS, LineMaps, plan_l
 
 _FOLDER = "techniques/occluding_edges"
 CELLS = constant(f"{_FOLDER}/edge_map.wgsl", "CELLS")
-"""Of a row: stretches that one lane walks."""
+"""Stretches of a row that one lane walks each."""
 BYTES_PER_TEXEL = 4 + 4
-"""Of the depth maps and of the edge map."""
+"""Bytes of a texel in the depth maps and in the edge map."""
 NEAREST_OCCLUDER = 0.5
 """Share of the receivers' distance from which on occluders' edges lie within the maps, also just out of the picture."""
 LOOKUPS = 3

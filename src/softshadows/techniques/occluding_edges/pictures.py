@@ -42,7 +42,7 @@ LINE_FACES = (
 """line_space.wgsl: by face, which axis of light space, and its sign, is a, b and d."""
 IN_ORDER = (0.16, 0.17, 0.19)
 PENUMBRA_COLORS = ((0.25, 0.45, 1.0), (0.2, 0.75, 0.3))
-"""Of texels that the next sample does not see, and of those that the sample before does not see; their sum for both."""
+"""Colours of texels that the next sample does not see, and that the sample before does not see; their sum for both."""
 EDGE_COLOR = (1.0, 0.25, 0.2)
 
 

@@ -17,7 +17,7 @@ _FOLDER = "techniques/penumbra_wedges"
 TILE = constant(f"{_FOLDER}/tile.wgsl", "TILE")
 OBJECT_ROUNDS = constant(f"{_FOLDER}/wedges.wgsl", "OBJECT_ROUNDS")
 MOST_BYTES = 2**26
-"""Of all receivers in a band."""
+"""Bytes that all receivers in a band keep."""
 PRIMITIVES_PER_LOOKUP = 80
 """Edges and triangles of the scene per pixel, in the time of one look-up: 27 spheres of 762 triangles at 192×144."""
 
@@ -68,7 +68,7 @@ def _combination(is_union: bool) -> str:
 
 
 def _rounds(edges: EdgeBuffers, edge_rounds: int, is_union: bool) -> int:
-    """Of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster and each of its items."""
+    """Rounds of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster, each of its items."""
     clusters = edges.edge_cluster_count + edges.triangle_cluster_count
     walking = clusters + clusters // CLUSTER + 2
     items = walking + edges.triangle_count + edge_rounds * edges.edge_count

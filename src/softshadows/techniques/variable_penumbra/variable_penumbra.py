@@ -66,7 +66,7 @@ from softshadows.techniques.variable_penumbra.masked import Masked
 from softshadows.visibility.maps.shadow_maps import MapOptions
 
 EDGE_NOISE = 1e-4
-"""Of the map's depth: the weakest edge of a fixed mask. The paper's 0 would take rounding for edges."""
+"""The weakest edge of a fixed mask, as a share of the map's depth. The paper's 0 would take rounding for edges."""
 CELL = constant("techniques/variable_penumbra/from_light.wgsl", "CELL")
 """Texels along a cell of the mask."""
 SEARCH_MARGIN = 1.0

@@ -51,7 +51,10 @@ from softshadows.visibility.maps.structs import FACES
 COLUMNS = constant("visibility/line_maps/line_map.wgsl", "COLUMNS")
 """The most in which a tile's faces lie side by side (fit.wgsl)."""
 TEXELS_PER_PIXEL = 4.0
-"""Of an automatic map: few maps may be finer than many. Measured: docs/decisions/0013-line-shadow-maps.md."""
+"""Texels of an automatic map along a pixel: few maps may be finer than many.
+
+Measured: docs/decisions/0013-line-shadow-maps.md.
+"""
 MOST_SAMPLES = 32
 """A set of samples is a word of bits."""
 

@@ -176,7 +176,7 @@ class ShadowMaps(Provider):
 
     @property
     def _near(self) -> float:
-        """Of a light that has a place, metres."""
+        """The near plane of a light that has a place, metres."""
         return max(1e-5 * self._scene.diagonal, 1e-7)
 
     def _arguments(self, light: Light, keeps_looser_fits: bool) -> bytes:

@@ -6,7 +6,7 @@ from softshadows.gpu.compose import constant
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec2u, Vec4f
 
 FACES = constant("visibility/maps/light_space.wgsl", "FACES")
-"""Of the cube around a light sample that its windows are cut into."""
+"""Faces of the cube around a light sample that its windows are cut into."""
 
 
 class MapSettings(Struct):

@@ -13,9 +13,9 @@ CELLS = 65535.0
 MARGIN = 2.0
 """Cells kept free at either end, for what rounding outwards adds."""
 SMALLEST_CELL = 2.0**-22
-"""Of the largest coordinate: the grid's corner, in float32, is off by a quarter of it at most."""
+"""A cell's least size over the largest coordinate: the grid's corner, in float32, is off by a quarter of it at most."""
 THINNEST = 1e-6
-"""Of the diagonal: as if a flat scene were so thick."""
+"""A flat scene's thickness, as a share of its diagonal."""
 POINT = 1e-12
 """Metres: as if a scene in one point were so large."""
 

@@ -22,9 +22,9 @@ from softshadows.visibility.rays.grid import NODE_COUNT_OFFSET, groups_of
 from softshadows.visibility.rays.sah import LARGE, NODE_COST
 
 DIGITS = constant("visibility/rays/sort.wgsl", "DIGITS")
-"""Of a pass of the sort: eight bits."""
+"""Values of a pass's digit, eight bits."""
 PASSES = 6
-"""Of codes with 46 bits; an even number, after which the list is where it was."""
+"""Passes over codes of 46 bits; an even number, after which the list is where it was."""
 BLOCK = constant("visibility/rays/inclusive_scan.wgsl", "BLOCK")
 """Triangles of one workgroup of the sort, nodes of one of the merge."""
 

@@ -26,7 +26,7 @@ from softshadows.visibility.rays.tree import TRIANGLE_BYTES, Bvh
 _USAGE = wgpu.BufferUsage
 SPACE = {"visibility/rays/world_space.wgsl": "visibility/rays/light_tree_space.wgsl"}
 SOLID_MARGIN = 1e-4
-"""Of the scene's diagonal: how near to a solid a light may come before it is taken to reach into it."""
+"""Share of the scene's diagonal that a light must keep from a solid, not to be taken to reach into it."""
 
 
 class LightTree:

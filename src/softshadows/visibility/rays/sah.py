@@ -17,7 +17,7 @@ Floats = npt.NDArray[np.float32]
 
 BINS = 16
 LARGE = 0.25
-"""Of the scene's longest side: measured, docs/decisions/0017-rays.md."""
+"""A large triangle's extent, as a share of the scene's longest side: measured, docs/decisions/0017-rays.md."""
 NODE_COST = 0.5
 """What visiting a node costs, over testing a triangle. Between 0.25 and 2 the choice moves the rays' speed by 5 %."""
 
