@@ -68,7 +68,7 @@ def _combination(is_union: bool) -> str:
 
 
 def _rounds(edges: EdgeBuffers, edge_rounds: int, is_union: bool) -> int:
-    """Rounds of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster, each of its items."""
+    """Rounds of loops in a tile whose shaft holds the whole scene: each 64 clusters, each cluster and item."""
     clusters = edges.edge_cluster_count + edges.triangle_cluster_count
     walking = clusters + clusters // CLUSTER + 2
     items = walking + edges.triangle_count + edge_rounds * edges.edge_count

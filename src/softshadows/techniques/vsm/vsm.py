@@ -35,8 +35,8 @@ from softshadows.techniques.options import option
 from softshadows.visibility.maps.shadow_maps import MapOptions, ShadowMaps
 
 MIN_VARIANCE = 1e-7
-"""The least variance, as a share of the light's reach squared: a standard deviation of 0.03 %, a receiver's slope within
-a texel."""
+"""The least variance, as a share of the light's reach squared: a standard deviation of 0.03 %, a receiver's slope
+within a texel."""
 
 
 class Vsm(Technique):
