@@ -18,7 +18,7 @@ import numpy.typing as npt
 
 from softshadows.scene.clusters import along_curve
 from softshadows.scene.model import Mesh
-from softshadows.scene.solids import connected_parts, welded
+from softshadows.scene.solids import connected_parts, over_corners, welded
 
 Numbers = npt.NDArray[np.int64]
 Bools = npt.NDArray[np.bool_]
@@ -89,12 +89,12 @@ def _find(positions: npt.NDArray[np.float32], triangles: Numbers) -> MeshEdges:
     is_odd = np.bincount(object_of, (halves["sharing"] % 2 == 1).any(axis=1), len(objects)) > 0
 
     # Sort triangles and edges by object, and within it along a curve.
-    order = _sorted(positions[vertex_at[corners]].sum(axis=1), object_of)
+    order = _sorted(positions[vertex_at[corners]], object_of)
     first, second = halves["first"], halves["second"]
     start = corners.reshape(-1)
     ends = np.stack([start, np.roll(corners, -1, axis=1).reshape(-1)], axis=1)[first]
     edge_object = object_of[first // 3]
-    edge_order = _sorted(positions[vertex_at[ends]].sum(axis=1), edge_object)
+    edge_order = _sorted(positions[vertex_at[ends]], edge_object)
     place_of_edge = np.empty(len(edge_order), np.int64)
     place_of_edge[edge_order] = np.arange(len(edge_order))
     first, second, ends = first[edge_order], second[edge_order], ends[edge_order]
@@ -171,11 +171,11 @@ def _is_sliver(corner: npt.NDArray[np.float64]) -> Bools:
     return twice_area <= SLIVER * (sides**2).sum(axis=2).max(axis=1)
 
 
-def _sorted(points: npt.NDArray[np.float32], object_of: Numbers) -> Numbers:
-    """The order of (n, 3) points by object, and along a curve within each."""
-    if not len(points):
+def _sorted(corners: npt.NDArray[np.float32], object_of: Numbers) -> Numbers:
+    """The order of triangles or edges, corners (n, k, 3), by object, and along a curve within each."""
+    if not len(corners):
         return np.zeros(0, np.int64)
-    order = along_curve(np.ascontiguousarray(points.T))
+    order = along_curve(np.ascontiguousarray(over_corners(np.add, corners).T))
     return order[np.argsort(object_of[order], kind="stable")]
 
 
@@ -191,8 +191,8 @@ def _flat_objects(corner: npt.NDArray[np.float64], object_of: Numbers, count: in
     largest = np.lexsort((area, object_of))[np.searchsorted(np.sort(object_of), np.arange(count), side="right") - 1]
     unit = normal[largest] / np.maximum(area[largest], 1e-300)[:, None]
     offset = corner - corner[largest, 0][object_of][:, None]
-    height = np.abs(np.einsum("tkc,tc->tk", offset, unit[object_of])).max(axis=1)
-    reach = np.linalg.norm(offset, axis=2).max(axis=1)
+    height = over_corners(np.maximum, np.abs(np.einsum("tkc,tc->tk", offset, unit[object_of])))
+    reach = over_corners(np.maximum, np.linalg.norm(offset, axis=2))
     bent, size = np.zeros(count), np.zeros(count)
     np.maximum.at(bent, object_of, height)
     np.maximum.at(size, object_of, reach)

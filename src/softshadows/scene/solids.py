@@ -5,7 +5,9 @@ A shadow map of a solid needs only the triangles that face the light (`visibilit
 
 from __future__ import annotations
 
+import functools
 import zlib
+from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -74,6 +76,11 @@ def _neighbors(corners: Numbers) -> Numbers | None:
     return neighbors.reshape(-1, 3)
 
 
+def over_corners(function: np.ufunc, values: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """`function` over the second of an array's axes, (n, k, ...): faster than its `reduce` where k is 2 or 3."""
+    return functools.reduce(function, np.moveaxis(values, 1, 0))
+
+
 def connected_parts(neighbors: Numbers) -> Numbers:
     """(t,) the lowest triangle that each triangle is connected to, from the (t, 3) triangles across their edges.
 
@@ -82,7 +89,7 @@ def connected_parts(neighbors: Numbers) -> Numbers:
     label = np.arange(len(neighbors))
     while True:
         grandparent = label[label]
-        lowest = np.minimum(grandparent[neighbors].min(axis=1), grandparent)
+        lowest = np.minimum(over_corners(np.minimum, grandparent[neighbors]), grandparent)
         hooked = label.copy()
         np.minimum.at(hooked, label, lowest)
         hooked = np.minimum(hooked, lowest)
