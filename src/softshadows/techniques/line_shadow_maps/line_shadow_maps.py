@@ -16,7 +16,7 @@ Section map
 Departures from the paper
     The preset `paper` undoes the first four. Measured: docs/decisions/0013-line-shadow-maps.md.
     - `samples="auto"` (paper: two) draws both ends and the middle of the light, and inserts samples where what the
-      middle one sees contradicts its neighbours, up to `samples.most`.
+      middle one sees contradicts its neighbours, up to nine.
     - A point that both ends see takes the sum of its channels. The paper's text assumes that it sees all of the light
       (`between="ends"`), and so misses what hides only the middle; its own skins know better (O9 0.5 -> 0.003).
     - `between="rows"`: a row of two neighbouring maps shows every gap between occluders that one of them sees, so that
@@ -66,13 +66,14 @@ from softshadows.techniques.line_shadow_maps.soft_maps import REPORT_WORDS, Soft
 from softshadows.techniques.options import Choice, choice, option, whole_number_or
 from softshadows.techniques.workers import Workers, lights_of
 
+MOST_SAMPLES = 9
+"""As many as `samples="auto"` takes."""
+
 
 class AutoSamples(Choice):
     """Both ends and the middle of the light, and more where what the maps show contradicts itself."""
 
     name: ClassVar[str] = "auto"
-
-    most: int = option(default=9, help="the most samples to take", choices=(3, 5, 9, 17))
 
 
 class LineShadowMaps(Technique):
@@ -136,7 +137,7 @@ class LineShadowMapsPass(TechniquePass):
     def _new_maps(self, has_length: bool) -> SoftMaps:
         technique, samples = self._technique, self._technique.samples
         is_auto = has_length and isinstance(samples, AutoSamples)
-        count = samples.most if isinstance(samples, AutoSamples) else samples
+        count = MOST_SAMPLES if isinstance(samples, AutoSamples) else samples
         options = SoftMapOptions(
             samples=count if has_length else 1,
             is_auto=is_auto,

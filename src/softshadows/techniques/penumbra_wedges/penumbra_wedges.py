@@ -28,8 +28,8 @@ Departures from the paper
     - Whether the light's centre is hidden is counted from the triangles between it and the receiver, exactly where the
       edges say that it changes: both ask one predicate, so no pixel flips.
     - `blending.rect=exact` is the default: the paper's rectangle misses corners of a quarter that are occluded without
-      an edge there. Floats in place of 8 bits (`blending.quantise`), a quarter never more than full, a rectangle never
-      more than covered. docs/decisions/0012-penumbra-wedges.md has them measured.
+      an edge there. Floats in place of the paper's 8 bits, a quarter never more than full, a rectangle never more than
+      covered. docs/decisions/0012-penumbra-wedges.md has them measured.
     - Silhouettes are connected components, blended front to back. One that is not closed counts as two sheets, what
       turns its front and what turns its back to the light: exact for cards, whose border is always a silhouette.
       Edges with any number of triangles change the count of layers by what lies left and right of them, so holes,
@@ -88,10 +88,9 @@ class Overlap(Choice):
 
     rect: str = option(
         default="exact",
-        help="the rectangle around an occluded region: exact, or the paper's",
+        help="the rectangle around an occluded region: exact, or the paper's, its numbers in 8 bits",
         choices=("exact", "paper"),
     )
-    quantise: bool = option(default=False, help="keep numbers in the paper's 8 bits", choices=(False, True))
     centre_of_gravity: bool = option(
         default=False, help="know where in its rectangle a region lies", choices=(False, True)
     )
@@ -108,7 +107,7 @@ class PenumbraWedges(Technique):
 
     name: ClassVar[str] = "penumbra_wedges"
     light_kinds: ClassVar[frozenset[str]] = frozenset({"rect"})
-    presets: ClassVar[Presets] = {"paper": {"blending.rect": "paper", "blending.quantise": True}}
+    presets: ClassVar[Presets] = {"paper": {"blending.rect": "paper"}}
 
     blending: Additive | Probabilistic | Overlap | Union = choice(
         default=Overlap(),
@@ -123,7 +122,7 @@ class PenumbraWedges(Technique):
         constants = {
             "blending": (Additive, Probabilistic, Overlap).index(type(self.blending)),  # as wedges.wgsl numbers them
             "exact_rectangles": overlap.rect == "exact",
-            "eight_bits": overlap.quantise,
+            "eight_bits": overlap.rect == "paper",
             "uses_gravity": overlap.centre_of_gravity,
         }
         return WedgePass(context, constants)
