@@ -10,6 +10,7 @@ import pytest
 
 import softshadows as ss
 import stage
+from moved_frames import Stage
 from softshadows.techniques import TECHNIQUES, Technique
 
 BEFORE = 20
@@ -56,3 +57,16 @@ def test_a_frame_is_that_of_a_new_renderer_whatever_came_before(name: str) -> No
                 expected = stage.render(scene, SUBJECTS[name], SIZE, camera)
                 assert stage.same_bits(frame.visibility, expected.visibility), f"frame {number} of {BEFORE}"
                 assert stage.same_bits(frame.color, expected.color)
+
+
+@pytest.mark.parametrize("name", TECHNIQUES)
+def test_a_moved_light_leaves_nothing_behind(name: str) -> None:
+    """To the last bit, where the light goes far: to other numbers of samples, sizes of maps and lengths of lists."""
+    technique = stage.cheap(name)
+    moving = Stage(technique, seed=0)
+    with ss.Renderer(moving.scene, technique=technique, size=SIZE) as renderer:
+        for number in range(6):
+            moving.move_light()
+            frame = renderer.render(moving.camera)
+            expected = stage.render(moving.scene, technique, SIZE, moving.camera)
+            assert stage.same_bits(frame.visibility, expected.visibility), f"frame {number}"

@@ -114,7 +114,8 @@ fn find_between(sample: u32, view: u32, row: i32, first: i32, end: i32) -> f32 {
 fn cs_find(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
     let sample = group.z;
     nearest_of_lanes[lane] = 0.0;
-    if group.y < row_count(sample) {  // else the sample is not in use
+    // A sample that is not in use still has the map of the last frame that used it.
+    if extractBits(control.samples, sample, 1u) == 1u && group.y < row_count(sample) {
         let found = map_row(sample, group.y);
         let last = shadow_views[found.view].size.x - 1u;
         let run = (last + LANES - 1u) / LANES;
