@@ -2,9 +2,9 @@
 
     python benchmarks/moves.py [LABEL ...]
 
-For each technique of same_frames.py (default: all), at 64×48 on `figures` under one light: the median time of 20 frames, each with the
-light at another random place, and by how much the process grew over 400 more after 30. At the end `hard` at 1024×768,
-drawn and read back in turns with drawn and left on the GPU.
+For each technique of same_frames.py (default: all), at 64×48 on `figures` under one light: the median time of 20
+frames, each with the light at another random place, and by how much the process grew over 400 more after 30. At the
+end `hard` at 1024×768, drawn and read back, interleaved with drawn and left on the GPU.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def while_the_light_moves(stage: Stage, renderer: ss.Renderer) -> tuple[float, f
 
 
 def with_and_without_read_back() -> tuple[float, float]:
-    """Milliseconds of a frame, medians of 3 rows of frames in turns; each row ends with a frame that is read."""
+    """Milliseconds of a frame, medians of 3 interleaved rows of frames; each row ends with a frame that is read."""
     technique = ss.techniques.make_technique("hard", {})
     stage = Stage(technique, seed=0)
     del stage.lights[1:]
