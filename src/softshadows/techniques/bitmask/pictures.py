@@ -49,4 +49,4 @@ def _words(at_work: BitmaskPass, walked: WalkedLight, number: int) -> npt.NDArra
     program.dispatch(compute, (-(-width // 8), -(-height // 8)))
     compute.end()
     gpu.device.queue.submit([encoder.finish()])
-    return np.frombuffer(memoryview(gpu.device.queue.read_buffer(looks)), np.uint32).reshape(height, width, WORDS)
+    return np.asarray(gpu.device.queue.read_buffer(looks)).view(np.uint32).reshape(height, width, WORDS)
