@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -114,14 +115,23 @@ def test_nothing_has_no_edges() -> None:
     assert len(found.vertices) == len(found.order) == len(found.is_closed) == 0
 
 
-def test_a_million_triangles_in_three_seconds() -> None:
-    """Seconds of a core of one's own: the first of three runs that others did not slow down."""
+def test_a_million_triangles_in_the_time_of_ten_sorts() -> None:
+    """Three seconds of a core of one's own. Sorting a mesh's 3 million sides is slowed down alike by whatever else runs
+    on the machine, which seconds are not: six to eight sorts are measured, alone and among four.
+    """
     sphere = shapes.sphere(1_000_000, 1.0)
+    sides = np.random.default_rng(0).integers(0, 1 << 40, 3_000_000)
 
-    def seconds() -> float:
-        mesh = ss.Mesh(sphere.positions.astype(np.float32), sphere.triangles.astype(np.uint32))
+    def seconds(work: Callable[[], object]) -> float:
         started = time.process_time()
-        assert edges_of(mesh).is_closed.all()
+        work()
         return time.process_time() - started
 
-    assert any(seconds() <= 3.0 for _ in range(3))
+    def sorts() -> float:
+        mesh = ss.Mesh(sphere.positions.astype(np.float32), sphere.triangles.astype(np.uint32))
+        sort = seconds(lambda: np.argsort(sides, kind="stable"))
+        found = seconds(lambda: edges_of(mesh))
+        assert edges_of(mesh).is_closed.all()
+        return found / sort
+
+    assert any(sorts() <= 10.0 for _ in range(3))
