@@ -66,7 +66,8 @@ class TechniquePass(ABC):
 
     @abstractmethod
     def write(self, lights: Mapping[int, Light]) -> None:
-        """Write what the frame needs to know of the pass's lights. Before encode, every frame.
+        """Write what the frame needs to know of the pass's lights. Before encode, unless nothing that it depends on has
+        changed since: lights, nodes, `refinements`, `keeps_looser_fits`.
 
         Each comes with its place among the frame's lights, which is that of its layer of visibility.
         """

@@ -8,6 +8,7 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
+from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, Technique, TechniquePass
 
@@ -18,6 +19,7 @@ class LightGroups:
     def __init__(self, context: RenderContext, technique_of: Callable[[int], Technique]) -> None:
         self._context, self._technique_of = context, technique_of
         self._passes: dict[Technique, TechniquePass] = {}
+        self._written: dict[Technique, tuple[tuple[tuple[int, Light], ...], Geometry, int, bool]] = {}
         self._at_work: list[TechniquePass] = []
 
     def prepare(self, light_count: int) -> None:
@@ -27,14 +29,21 @@ class LightGroups:
                 self._passes[technique] = technique.build(self._context)
 
     def write(self, lights: Sequence[Light], refinements: int = 0, *, keeps_looser_fits: bool = False) -> None:
-        """Give every pass its lights, and say how their samples and maps depend on the frames before (base.py)."""
+        """Give every pass its lights, where they or the nodes have moved since it was last written, and say how their
+        samples and maps depend on the frames before (base.py).
+        """
         groups: dict[Technique, dict[int, Light]] = {}
         for index, light in enumerate(lights):
             groups.setdefault(self._technique_of(index), {})[index] = light
         self._at_work = [self._passes[technique] for technique in groups]
-        for each, group in zip(self._at_work, groups.values(), strict=True):
-            each.refinements, each.keeps_looser_fits = refinements, keeps_looser_fits
-            each.write(group)
+        geometry = self._context.scene.geometry
+        for technique, group in groups.items():
+            wanted = (tuple(group.items()), geometry, refinements, keeps_looser_fits)
+            if wanted != self._written.get(technique):
+                each = self._passes[technique]
+                each.refinements, each.keeps_looser_fits = refinements, keeps_looser_fits
+                each.write(group)
+                self._written[technique] = wanted
 
     def encode(self, commands: Commands) -> None:
         for each in self._at_work:

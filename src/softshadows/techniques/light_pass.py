@@ -21,7 +21,6 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.program import Bindings, Program, Resource
 from softshadows.lights.sample_sets import SampledLight, Sampling
-from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import RenderContext, TechniquePass
 from softshadows.techniques.workers import Workers, lights_of
@@ -186,13 +185,8 @@ class LightPass(TechniquePass, Generic[ProviderT]):
         self._source, self.combination = source, combination
         self._providers: Workers[int, ProviderT] = Workers(source.make, context.memory_budget)  # by samples per light
         self.by_light: list[tuple[ProviderT, int]] = []  # per light: its provider, and its index there
-        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
 
     def write(self, lights: Mapping[int, Light]) -> None:
-        written = (tuple(lights.items()), self._context.scene.geometry, self.refinements, self.keeps_looser_fits)
-        if written == self._written:
-            return
-        self._written = written
         sampled = {layer: self._sampled(light, layer) for layer, light in lights.items()}
         by_light = self._providers.assign({layer: len(each.weights) for layer, each in sampled.items()})
         for provider, layers in lights_of(by_light).items():

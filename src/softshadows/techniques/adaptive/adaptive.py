@@ -69,7 +69,6 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.lights.lattice import DEEPEST, Lattice, lattice_of
-from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.adaptive.plan import plan_batches
 from softshadows.techniques.adaptive.sampling import REPORT_WORDS, AdaptiveSampling, SamplingOptions
@@ -160,7 +159,6 @@ class AdaptivePass(TechniquePass):
         self._context, self._technique = context, technique
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         self._samplings: Workers[Lattice, AdaptiveSampling] = Workers(self._new_sampling, context.memory_budget)
-        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, int, bool] | None = None
         self._by_light: list[tuple[AdaptiveSampling, int]] = []  # per light: who samples it, and its index there
         self._rays = technique.visibility if isinstance(technique.visibility, Rays) else Rays()
         self._denoise = None
@@ -169,18 +167,13 @@ class AdaptivePass(TechniquePass):
             self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise)
 
     def write(self, lights: Mapping[int, Light]) -> None:
-        jitter = self.refinements
-        written = (tuple(lights.items()), self._context.scene.geometry, jitter, self.keeps_looser_fits)
-        if written == self._written:
-            return
-        self._written = written
         if self._denoise is not None:
             self._denoise.write([*lights])
         depth = self._technique.max_depth
         by_light = self._samplings.assign({layer: lattice_of(light, depth) for layer, light in lights.items()})
         for sampling, layers in lights_of(by_light).items():
             own = [(lights[layer], layer) for layer in layers]
-            sampling.write(own, jitter, keeps_looser_fits=self.keeps_looser_fits)
+            sampling.write(own, self.refinements, keeps_looser_fits=self.keeps_looser_fits)
         self._by_light = [*by_light.values()]
         self.bytes = self._samplings.bytes
         if not isinstance(self._technique.visibility, Maps):

@@ -58,7 +58,6 @@ import numpy as np
 import wgpu
 
 from softshadows.gpu.commands import Commands
-from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import SHADING_HELP, resolution_option
@@ -120,14 +119,9 @@ class LineShadowMapsPass(TechniquePass):
         self._report = context.gpu.storage_buffer(4 * REPORT_WORDS, "the report")
         # By whether the light has a length.
         self._soft_maps: Workers[bool, SoftMaps] = Workers(self._new_maps, context.memory_budget)
-        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.by_light: list[tuple[SoftMaps, int]] = []  # per light: its maps, and its index there
 
     def write(self, lights: Mapping[int, Light]) -> None:
-        written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
-        if written == self._written:
-            return
-        self._written = written
         by_light = self._soft_maps.assign({layer: light.has_size for layer, light in lights.items()})
         for maps, layers in lights_of(by_light).items():
             maps.write([(lights[layer], layer) for layer in layers], keeps_looser_fits=self.keeps_looser_fits)

@@ -60,7 +60,6 @@ import wgpu
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.compose import constant
 from softshadows.gpu.program import Program, Resource
-from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import Presets, RenderContext, Technique, TechniquePass
 from softshadows.techniques.common_options import SHADING_HELP, WholeLight, resolution_option
@@ -211,7 +210,6 @@ class OccludingEdgesPass(TechniquePass):
         self._influence = context.gpu.storage_buffer(influence.nbytes, "the influence of a segment's end")
         context.gpu.write(self._influence, 0, influence, what="constant")
         self._edge_maps: Workers[str, EdgeMaps] = Workers(self._new_maps, context.memory_budget)
-        self._written: tuple[tuple[tuple[int, Light], ...], Geometry, bool] | None = None
         self.lights: tuple[Light, ...] = ()
         self.by_light: list[tuple[EdgeMaps, int]] = []  # per light: its maps, and its index there
 
@@ -219,10 +217,7 @@ class OccludingEdgesPass(TechniquePass):
         return EdgeMaps(self._context, self._technique, self._influence)
 
     def write(self, lights: Mapping[int, Light]) -> None:
-        written = (tuple(lights.items()), self._context.scene.geometry, self.keeps_looser_fits)
-        if written == self._written:
-            return
-        self._written, self.lights = written, tuple(lights.values())
+        self.lights = tuple(lights.values())
         by_light = self._edge_maps.assign({layer: light.kind for layer, light in lights.items()})
         for edge_maps, layers in lights_of(by_light).items():
             own = [(lights[layer], layer) for layer in layers]

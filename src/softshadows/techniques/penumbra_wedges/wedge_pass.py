@@ -94,7 +94,6 @@ class WedgePass(TechniquePass):
         self._context, self._constants = context, constants
         self._edges = EdgeBuffers(context.gpu, context.scene.geometry)
         self._geometry = context.scene.geometry
-        self._written: dict[int, Light] | None = None
         self._build()
 
     # -- What the scene decides ----------------------------------------------------------------------------------------
@@ -172,10 +171,7 @@ class WedgePass(TechniquePass):
         if geometry is not self._geometry:
             if self._edges.update(geometry):
                 self._build()
-            self._geometry, self._written = geometry, None
-        if lights == self._written:
-            return
-        self._written = dict(lights)
+            self._geometry = geometry
         sides = [
             (light, layer, is_second)
             for layer, light in lights.items()
