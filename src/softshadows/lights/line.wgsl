@@ -11,14 +11,9 @@ fn segment_irradiance(a: vec3f, b: vec3f) -> f32 {
     if a.z <= 0.0 && b.z <= 0.0 {
         return 0.0;
     }
-    var start = a;
-    var end = b;
-    if a.z <= 0.0 {
-        start = horizon_point(a, b);
-    }
-    if b.z <= 0.0 {
-        end = horizon_point(a, b);
-    }
+    let part = above_horizon(a, b);
+    let start = part.start;
+    let end = part.end;
     let span = end - start;
     let span_length = length(span);
     let axis = span / max(span_length, TINY);
@@ -46,17 +41,10 @@ fn segment_lobe_irradiance(to_lobe: mat3x3f, a: vec3f, b: vec3f) -> f32 {
     if a.z <= 0.0 && b.z <= 0.0 {
         return 0.0;
     }
-    var start = a;
-    var end = b;
-    if a.z <= 0.0 {
-        start = horizon_point(a, b);
-    }
-    if b.z <= 0.0 {
-        end = horizon_point(a, b);
-    }
-    let lobe_start = to_lobe * start;
-    let lobe_end = to_lobe * end;
-    let plane = length(cross(start, end - start));
+    let part = above_horizon(a, b);
+    let lobe_start = to_lobe * part.start;
+    let lobe_end = to_lobe * part.end;
+    let plane = length(cross(part.start, part.end - part.start));
     let lobe_plane = length(cross(lobe_start, lobe_end - lobe_start));
     let width = determinant(to_lobe) * plane / max(lobe_plane, TINY);
     return width * segment_irradiance(lobe_start, lobe_end);

@@ -20,8 +20,25 @@ struct Outline {
     enters: vec3f,
 };
 
+struct Segment {
+    start: vec3f,
+    end: vec3f,
+};
+
 fn horizon_point(a: vec3f, b: vec3f) -> vec3f {
     return vec3f((a.xy * b.z - b.xy * a.z) / (b.z - a.z), 0.0);
+}
+
+// The part of the segment from a to b above the horizon, which has to have one.
+fn above_horizon(a: vec3f, b: vec3f) -> Segment {
+    var part = Segment(a, b);
+    if a.z <= 0.0 {
+        part.start = horizon_point(a, b);
+    }
+    if b.z <= 0.0 {
+        part.end = horizon_point(a, b);
+    }
+    return part;
 }
 
 // Lambert's term of one edge: half its angle times the height of the unit normal of its plane through the origin.
@@ -35,17 +52,14 @@ fn add_edge(outline: ptr<function, Outline>, a: vec3f, b: vec3f) {
     if a.z <= 0.0 && b.z <= 0.0 {
         return;
     }
-    var start = a;
-    var end = b;
+    let part = above_horizon(a, b);
     if a.z <= 0.0 {
-        start = horizon_point(a, b);
-        (*outline).enters = start;
+        (*outline).enters = part.start;
     }
     if b.z <= 0.0 {
-        end = horizon_point(a, b);
-        (*outline).leaves = end;
+        (*outline).leaves = part.end;
     }
-    (*outline).irradiance += edge_irradiance(start, end);
+    (*outline).irradiance += edge_irradiance(part.start, part.end);
 }
 
 // Irradiance of the closed outline; its sign is that of the winding.
@@ -64,18 +78,15 @@ fn add_lobe_edge(outline: ptr<function, LobeOutline>, to_lobe: mat3x3f, a: vec3f
     if a.z <= 0.0 && b.z <= 0.0 {
         return;
     }
-    var start = a;
-    var end = b;
+    let part = above_horizon(a, b);
     if a.z <= 0.0 {
-        start = horizon_point(a, b);
-        (*outline).enters = start;
+        (*outline).enters = part.start;
     }
     if b.z <= 0.0 {
-        end = horizon_point(a, b);
-        (*outline).leaves = end;
+        (*outline).leaves = part.end;
     }
     var lobe = (*outline).lobe;
-    add_edge(&lobe, to_lobe * start, to_lobe * end);
+    add_edge(&lobe, to_lobe * part.start, to_lobe * part.end);
     (*outline).lobe = lobe;
 }
 
