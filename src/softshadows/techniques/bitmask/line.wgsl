@@ -5,6 +5,7 @@
 
 //#include "receiver_view.wgsl"
 //#include "hidden_samples.wgsl"
+//#needs Corners
 
 const CLOSE = 1e-18;      // metres
 const PROJECTED = 256.0;  // lifts before receiver and light from which on a triangle's picture is exact enough
@@ -149,16 +150,6 @@ fn hide_below_horizon(view: View) {
 fn sample_at(view: View, word: u32, bit: u32) -> vec3f {
     let column = COLUMNS * f32(word) + f32(bit) + 0.5;
     return vec3f((column - view.first_column) / view.columns - view.origin.x, 0.0, view.height);
-}
-
-struct Corners {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f,
-};
-
-fn corners_from(view: View, a_ls: vec3f, b_ls: vec3f, c_ls: vec3f) -> Corners {
-    return Corners(corner_from(view, a_ls), corner_from(view, b_ls), corner_from(view, c_ls));
 }
 
 fn volume_of(view: View, corners: Corners) -> f32 {

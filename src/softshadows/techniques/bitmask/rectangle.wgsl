@@ -11,6 +11,7 @@
 
 //#include "receiver_view.wgsl"
 //#include "hidden_samples.wgsl"
+//#needs Corners
 
 const EDGE_ROOM = 1e-3;  // columns and rows: more than float32 loses on the way of a box to the light's plane
 const CLOSE = 1e-18;     // metres
@@ -220,17 +221,6 @@ fn hide_below_horizon(view: View) {
     if has_upper_words {
         hidden_upper |= bits_below_horizon(view, UPPER_ROWS);
     }
-}
-
-// A triangle's corners, from the receiver.
-struct Corners {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f,
-};
-
-fn corners_from(view: View, a_ls: vec3f, b_ls: vec3f, c_ls: vec3f) -> Corners {
-    return Corners(corner_from(view, a_ls), corner_from(view, b_ls), corner_from(view, c_ls));
 }
 
 // How the corners run as the receiver sees them: positive where it sees the triangle's back.

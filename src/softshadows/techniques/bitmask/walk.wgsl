@@ -24,6 +24,17 @@ fn shift_of(pixel: vec2u) -> vec2f {
     return row_set.shift + share * vec2f(1.0, 1.0 - row_set.slant);
 }
 
+// A triangle's corners, from the receiver.
+struct Corners {
+    a: vec3f,
+    b: vec3f,
+    c: vec3f,
+};
+
+fn corners_from(view: View, a_ls: vec3f, b_ls: vec3f, c_ls: vec3f) -> Corners {
+    return Corners(corner_from(view, a_ls), corner_from(view, b_ls), corner_from(view, c_ls));
+}
+
 // The far side of a solid is enough: its near side hides no more, and a receiver on it would meet its own surface. A triangle
 // without a plane hides nothing.
 fn mark_triangle(view: View, place: u32) {
