@@ -130,7 +130,7 @@ class Renderer:
         passes, lights = self._ready, list(self.scene.lights)
         subject = (camera, tuple(lights), passes.gbuffer.scene.geometry)
         earlier = passes.mean.write(subject if refines and self.technique.refines else None, len(lights))
-        passes.gbuffer.write(camera, len(lights))
+        passes.gbuffer.write(camera)
         passes.groups.write(lights, earlier, keeps_looser_fits=keeps_looser_fits)
         passes.shading.write(lights)
 

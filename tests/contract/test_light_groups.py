@@ -33,7 +33,7 @@ def layers(scene: ss.Scene, techniques: Sequence[Technique]) -> npt.NDArray[np.f
     shared = open_scene(gpu, scene)
     passes = FramePasses(gpu, GBuffer(gpu, shared.update(), stage.SIZE), lambda light: techniques[light])
     passes.prepare(len(scene.lights))
-    passes.gbuffer.write(stage.CAMERA, len(scene.lights))
+    passes.gbuffer.write(stage.CAMERA)
     passes.groups.write(scene.lights)
     commands = Commands(gpu, passes.timer)
     passes.gbuffer.encode(commands)

@@ -73,7 +73,7 @@ def test_passes_opened_together_share_what_the_camera_sees() -> None:
     techniques = [stage.cheap("hard"), stage.cheap("pcss")]
     beside = [FramePasses(gpu.owner(), gbuffer, lambda light, each=each: each) for each in techniques]
     commands = Commands(gpu, beside[0].timer)
-    gbuffer.write(stage.CAMERA, len(scene.lights))
+    gbuffer.write(stage.CAMERA)
     gbuffer.encode(commands)
     for passes in beside:
         passes.prepare(len(scene.lights))

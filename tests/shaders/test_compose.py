@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import wgpu
 
+import softshadows.renderer  # noqa: F401 - every struct that the package's shaders name
 from softshadows.errors import ShaderError
 from softshadows.gpu.compose import PACKAGE, compose, shader_module
 from softshadows.gpu.device import acquire

@@ -10,7 +10,7 @@ import wgpu
 from softshadows.errors import OptionError
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import Gpu
-from softshadows.gpu.layout import F32, U32, Struct, Vec2u, Vec3f, dtype, pack
+from softshadows.gpu.layout import F32, Struct, Vec2u, Vec3f, dtype, pack
 from softshadows.gpu.program import DrawProgram, Program, Resource, view_of
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.scene.camera import Camera
@@ -25,7 +25,6 @@ class FrameUniforms(Struct):
     """The camera and the image. `pixel_extent` is a pixel's height one metre in front of the camera."""
 
     camera_position_ws: Vec3f
-    light_count: U32
     camera_right_ws: Vec3f
     tan_half_width: F32
     camera_up_ws: Vec3f
@@ -95,14 +94,13 @@ class GBuffer:
         """What receiver.wgsl declares: the camera, and the surface at every pixel."""
         return {"frame": self.uniforms, "g_position": self.position_view, "g_normal": self.normal_view}
 
-    def write(self, camera: Camera, light_count: int) -> None:
+    def write(self, camera: Camera) -> None:
         """Write the frame's uniforms."""
         width, height = self.size
         right, up, back = camera.axes
         half = camera.pixel_extent(height) * height / 2.0
         uniforms = FrameUniforms(
             camera_position_ws=camera.position,
-            light_count=light_count,
             camera_right_ws=tuple(right),
             tan_half_width=half * width / height,
             camera_up_ws=tuple(up),
