@@ -4,13 +4,14 @@
 //#include "scene.wgsl"
 //#include "packing.wgsl"
 
+// For texels from −1 to 2 * size, which is all that sample_texture_level asks for: no division, which drivers do one by one.
 fn wrap_texel(texel: i32, size: i32, mode: u32) -> i32 {
-    if mode == 2u {  // clamp
-        return clamp(texel, 0, size - 1);
-    }
     let period = select(size, 2 * size, mode == 1u);
-    let inside = ((texel % period) + period) % period;
-    return select(inside, 2 * size - 1 - inside, inside >= size);  // only a mirrored texture reaches the second half
+    var inside = select(texel, texel + period, texel < 0);
+    inside = select(inside, inside - period, inside >= period);
+    inside = select(inside, inside - period, inside >= period);
+    inside = select(inside, 2 * size - 1 - inside, inside >= size);  // only a mirrored texture reaches the second half
+    return select(inside, clamp(texel, 0, size - 1), mode == 2u);
 }
 
 fn texture_level_size(record: TextureRecord, level: u32) -> vec2i {
@@ -29,12 +30,6 @@ fn texture_level_origin(record: TextureRecord, level: u32) -> vec2i {
     return origin;
 }
 
-fn texture_texel(record: TextureRecord, level: u32, texel: vec2i) -> vec4f {
-    let size = texture_level_size(record, level);
-    let wrapped = vec2i(wrap_texel(texel.x, size.x, record.wrap_u), wrap_texel(texel.y, size.y, record.wrap_v));
-    return textureLoad(texture_pages, texture_level_origin(record, level) + wrapped, record.page, 0);
-}
-
 fn texture_coordinates(record: TextureRecord, texcoords: vec4f) -> vec2f {
     let uv = vec3f(select(texcoords.xy, texcoords.zw, record.texcoord == 1u), 1.0);
     return vec2f(dot(record.transform_u, uv), dot(record.transform_v, uv));
@@ -42,22 +37,32 @@ fn texture_coordinates(record: TextureRecord, texcoords: vec4f) -> vec2f {
 
 // One level, nearest or bilinear; `is_color` texels are filtered after decoding sRGB.
 fn sample_texture_level(record: TextureRecord, uv: vec2f, level: u32, is_color: bool) -> vec4f {
-    let size = vec2f(texture_level_size(record, level));
+    let size = texture_level_size(record, level);
     // Coordinates far outside lose their fraction in float32; one period is enough for every wrap mode.
-    let scaled = select(fract(uv * 0.5) * 2.0, uv, vec2<bool>(record.wrap_u == 2u, record.wrap_v == 2u)) * size;
-    if record.nearest == 1u {
-        let texel = texture_texel(record, level, vec2i(floor(clamp(scaled, vec2f(-2e9), vec2f(2e9)))));
-        return select(texel, vec4f(srgb_to_linear(texel.rgb), texel.a), is_color);
-    }
-    let corner = clamp(scaled - 0.5, vec2f(-2e9), vec2f(2e9));
-    let base = vec2i(floor(corner));
+    let scaled = select(fract(uv * 0.5) * 2.0, uv, vec2<bool>(record.wrap_u == 2u, record.wrap_v == 2u)) * vec2f(size);
+    let place = clamp(scaled, vec2f(-2e9), vec2f(2e9));
+    let corner = select(place - 0.5, floor(place), record.nearest == 1u);  // on a texel: the others weigh nothing
     let weight = corner - floor(corner);
-    var texels = array<vec4f, 4>();
-    for (var i = 0; i < 4; i++) {
-        let texel = texture_texel(record, level, base + vec2i(i & 1, i >> 1u));
-        texels[i] = select(texel, vec4f(srgb_to_linear(texel.rgb), texel.a), is_color);
-    }
-    return mix(mix(texels[0], texels[1], weight.x), mix(texels[2], texels[3], weight.x), weight.y);
+    let base = vec2i(floor(corner));
+    let x = vec2i(wrap_texel(base.x, size.x, record.wrap_u), wrap_texel(base.x + 1, size.x, record.wrap_u));
+    let y = vec2i(wrap_texel(base.y, size.y, record.wrap_v), wrap_texel(base.y + 1, size.y, record.wrap_v));
+    let origin = texture_level_origin(record, level);
+    let above = mix(
+        texture_texel(record.page, origin + vec2i(x[0], y[0]), is_color),
+        texture_texel(record.page, origin + vec2i(x[1], y[0]), is_color),
+        weight.x,
+    );
+    let below = mix(
+        texture_texel(record.page, origin + vec2i(x[0], y[1]), is_color),
+        texture_texel(record.page, origin + vec2i(x[1], y[1]), is_color),
+        weight.x,
+    );
+    return mix(above, below, weight.y);
+}
+
+fn texture_texel(page: u32, texel: vec2i, is_color: bool) -> vec4f {
+    let value = textureLoad(texture_pages, texel, page, 0);
+    return select(value, vec4f(srgb_to_linear(value.rgb), value.a), is_color);
 }
 
 // Trilinear; `texcoords_dx`, `texcoords_dy` are the steps to the next pixel to the right and below.

@@ -19,28 +19,51 @@ const POINT = 3u;
 const SPOT = 4u;
 const DIRECTIONAL = 5u;
 
+// One loop for each kind, of at most one round: drivers would run all branches of a switch (gpu/driver.wgsl).
 fn irradiance_of(light: Light, position_ws: vec3f, to_surface: mat3x3f) -> f32 {
-    switch light.kind {
-        case RECT: { return rect_irradiance(light, position_ws, to_surface); }
-        case DISK: { return disk_irradiance(light, position_ws, to_surface); }
-        case LINE: { return line_irradiance(light, position_ws, to_surface); }
-        case POINT: { return point_irradiance(light, position_ws, to_surface); }
-        case SPOT: { return spot_irradiance(light, position_ws, to_surface); }
-        case DIRECTIONAL: { return directional_irradiance(light, position_ws, to_surface); }
-        default: { return 0.0; }
+    var irradiance = 0.0;
+    for (var is_kind = light.kind == RECT; is_kind; is_kind = false) {
+        irradiance = rect_irradiance(light, position_ws, to_surface);
     }
+    for (var is_kind = light.kind == DISK; is_kind; is_kind = false) {
+        irradiance = disk_irradiance(light, position_ws, to_surface);
+    }
+    for (var is_kind = light.kind == LINE; is_kind; is_kind = false) {
+        irradiance = line_irradiance(light, position_ws, to_surface);
+    }
+    for (var is_kind = light.kind == POINT; is_kind; is_kind = false) {
+        irradiance = point_irradiance(light, position_ws, to_surface);
+    }
+    for (var is_kind = light.kind == SPOT; is_kind; is_kind = false) {
+        irradiance = spot_irradiance(light, position_ws, to_surface);
+    }
+    for (var is_kind = light.kind == DIRECTIONAL; is_kind; is_kind = false) {
+        irradiance = directional_irradiance(light, position_ws, to_surface);
+    }
+    return irradiance;
 }
 
 fn specular_of(light: Light, surface: Surface, lobes: Lobes) -> vec3f {
-    switch light.kind {
-        case RECT: { return rect_specular(light, surface, lobes); }
-        case DISK: { return disk_specular(light, surface, lobes); }
-        case LINE: { return line_specular(light, surface, lobes); }
-        case POINT: { return point_specular(light, surface, lobes); }
-        case SPOT: { return spot_specular(light, surface, lobes); }
-        case DIRECTIONAL: { return directional_specular(light, surface, lobes); }
-        default: { return vec3f(0.0); }
+    var specular = vec3f(0.0);
+    for (var is_kind = light.kind == RECT; is_kind; is_kind = false) {
+        specular = rect_specular(light, surface, lobes);
     }
+    for (var is_kind = light.kind == DISK; is_kind; is_kind = false) {
+        specular = disk_specular(light, surface, lobes);
+    }
+    for (var is_kind = light.kind == LINE; is_kind; is_kind = false) {
+        specular = line_specular(light, surface, lobes);
+    }
+    for (var is_kind = light.kind == POINT; is_kind; is_kind = false) {
+        specular = point_specular(light, surface, lobes);
+    }
+    for (var is_kind = light.kind == SPOT; is_kind; is_kind = false) {
+        specular = spot_specular(light, surface, lobes);
+    }
+    for (var is_kind = light.kind == DIRECTIONAL; is_kind; is_kind = false) {
+        specular = directional_specular(light, surface, lobes);
+    }
+    return specular;
 }
 
 // False behind a one-sided light.

@@ -68,13 +68,13 @@ class GBuffer:
             DrawProgram(
                 gpu,
                 "passes/gbuffer/gbuffer.wgsl",
-                "vs_triangle",
-                fragment,
+                f"vs_{kind}",
+                f"fs_{kind}",
                 seen,
                 state={"primitive": _TRIANGLES, "depth_stencil": _NEAREST},
                 targets=[{"format": "r32uint"}],
             )
-            for fragment in ("fs_opaque", "fs_masked")
+            for kind in ("opaque", "masked")
         )
         self._resolve = Program(
             gpu,

@@ -4,46 +4,56 @@
 //#include "frame.wgsl"
 //#include "gpu/texture.wgsl"
 
-struct Fragment {
+struct Opaque {
+    @builtin(position) position_cs: vec4f,
+    @location(0) @interpolate(flat) triangle: u32,
+};
+
+struct Masked {
     @builtin(position) position_cs: vec4f,
     @location(0) @interpolate(flat) triangle: u32,
     @location(1) texcoords: vec4f,
     @location(2) alpha: f32,
 };
 
-@vertex
-fn vs_triangle(@builtin(vertex_index) index: u32) -> Fragment {
-    let triangle = index / 3u;
-    let vertex = triangle_indices[index];
+// A single-sided triangle seen from behind is not there, nor is one without a plane: outside of clip space. Decided by the plane,
+// so that all three vertices agree.
+fn position_cs(triangle: u32, vertex: u32) -> vec4f {
+    let face = faces[triangle];
     let to_vertex_ws = vertex_position_ws(vertex) - frame.camera_position_ws;
-    let distance = -dot(to_vertex_ws, frame.camera_back_ws);
-    var out: Fragment;
-    out.triangle = triangle;
-    out.position_cs = vec4f(
+    let seen_from_behind = dot(face.xyz, to_vertex_ws) > 0.0;
+    let is_degenerate = all(face.xyz == vec3f(0.0));
+    if is_degenerate || (seen_from_behind && materials[u32(face.w)].double_sided == 0u) {
+        return vec4f(0.0, 0.0, -1.0, 1.0);
+    }
+    return vec4f(
         dot(to_vertex_ws, frame.camera_right_ws) / frame.tan_half_width,
         dot(to_vertex_ws, frame.camera_up_ws) / frame.tan_half_height,
         frame.near,
-        distance,
+        -dot(to_vertex_ws, frame.camera_back_ws),
     );
-    // A single-sided triangle seen from behind is not there, nor is one without a plane. Decided by the plane, so that all
-    // three vertices agree.
-    let seen_from_behind = dot(face_normal_ws(triangle), to_vertex_ws) > 0.0;
-    let is_degenerate = all(face_normal_ws(triangle) == vec3f(0.0));
-    if is_degenerate || (seen_from_behind && materials[triangle_material(triangle)].double_sided == 0u) {
-        out.position_cs = vec4f(0.0, 0.0, -1.0, 1.0);
-    }
-    out.texcoords = vertex_attributes[vertex].texcoords;
-    out.alpha = vertex_color(vertex).a;
-    return out;
+}
+
+@vertex
+fn vs_opaque(@builtin(vertex_index) index: u32) -> Opaque {
+    let triangle = index / 3u;
+    return Opaque(position_cs(triangle, triangle_indices[index]), triangle);
+}
+
+@vertex
+fn vs_masked(@builtin(vertex_index) index: u32) -> Masked {
+    let triangle = index / 3u;
+    let vertex = triangle_indices[index];
+    return Masked(position_cs(triangle, vertex), triangle, vertex_attributes[vertex].texcoords, vertex_color(vertex).a);
 }
 
 @fragment
-fn fs_opaque(fragment: Fragment) -> @location(0) u32 {
+fn fs_opaque(fragment: Opaque) -> @location(0) u32 {
     return fragment.triangle + 1u;
 }
 
 @fragment
-fn fs_masked(fragment: Fragment) -> @location(0) u32 {
+fn fs_masked(fragment: Masked) -> @location(0) u32 {
     let material = materials[triangle_material(fragment.triangle)];
     if surface_alpha(material, fragment.texcoords, fragment.alpha) < material.alpha_cutoff {
         discard;

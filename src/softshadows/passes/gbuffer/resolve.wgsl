@@ -88,16 +88,16 @@ fn cs_resolve(@builtin(global_invocation_id) id: vec3u) {
     let texcoords_dy = blend_texcoords(vertices, vec3f(1.0 - bary_dy.x - bary_dy.y, bary_dy)) - texcoords;
     var color = material.base_color.rgb * (weights.x * vertex_color(vertices.x).rgb + weights.y * vertex_color(vertices.y).rgb
         + weights.z * vertex_color(vertices.z).rgb);
-    if material.base_color_texture >= 0 {
+    for (var is_textured = material.base_color_texture >= 0; is_textured; is_textured = false) {
         color *= sample_texture(material.base_color_texture, texcoords, texcoords_dx, texcoords_dy, true).rgb;
     }
     var roughness_metallic = vec2f(material.roughness, material.metallic);
-    if material.metallic_roughness_texture >= 0 {
+    for (var is_textured = material.metallic_roughness_texture >= 0; is_textured; is_textured = false) {
         roughness_metallic *=
             sample_texture(material.metallic_roughness_texture, texcoords, texcoords_dx, texcoords_dy, false).gb;
     }
     var emission = material.emission;
-    if material.emission_texture >= 0 {
+    for (var is_textured = material.emission_texture >= 0; is_textured; is_textured = false) {
         emission *= sample_texture(material.emission_texture, texcoords, texcoords_dx, texcoords_dy, true).rgb;
     }
 

@@ -47,10 +47,11 @@ fn cs_shade(@builtin(global_invocation_id) id: vec3u) {
     let lobes = shading_lobes(surface, ltc_matrix, ltc_albedo);
     var radiance = unpack_rgb9e5(material.w);
     for (var i = 0u; i < lights.count; i++) {
+        let light = lights.list[i];
         let visible = visibility[(i * frame.size.y + id.y) * frame.size.x + id.x];
         // Irradiance is of the part of the light above the horizon, so visibility has to be of that part too.
-        let above = fraction_above_horizon(lights.list[i], receiver.position_ws, receiver.normal_ws);
-        radiance += min(visible / max(above, MIN_FRACTION), 1.0) * unshadowed_radiance(lights.list[i], surface, lobes);
+        let above = fraction_above_horizon(light, receiver.position_ws, receiver.normal_ws);
+        radiance += min(visible / max(above, MIN_FRACTION), 1.0) * unshadowed_radiance(light, surface, lobes);
     }
     textureStore(color, id.xy, vec4f(radiance, 1.0));
 }
