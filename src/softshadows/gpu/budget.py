@@ -2,18 +2,28 @@
 
 The speeds are rough, measured on a two-core software rasteriser and assumed low for GPUs. They only decide how a long
 frame is cut into submits, so that none of them runs into a driver's watchdog; no picture depends on them. What shaders
-carry for drivers is in driver.wgsl.
+carry for drivers is in driver.wgsl and interleaved.wgsl.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from softshadows.gpu.compose import constant
+
 SUBMIT_MS = 500.0
 """What one submit may take, after those speeds. Browsers and drivers stop work after 2 to 30 seconds."""
 
 ROUNDS_OF_DISPATCH = 50_000
 """Rounds of loops that an invocation may count in a dispatch, below the 65 535 that llvmpipe allows (driver.wgsl)."""
+
+INTERLEAVED = constant("gpu/interleaved.wgsl", "INTERLEAVED")
+
+
+def interleaved_groups(size: tuple[int, int], group: int = 8) -> tuple[int, int]:
+    """Workgroups of `group`² pixels over an image, for shaders that take their rows by interleaved_row()."""
+    width, height = size
+    return -(-width // group), -(-height // (group * INTERLEAVED)) * INTERLEAVED
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,7 @@ from typing import ClassVar
 import numpy as np
 import wgpu
 
+from softshadows.gpu.budget import interleaved_groups
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec4u, dtype, pack
 from softshadows.gpu.program import Program, Resource
@@ -181,11 +182,11 @@ class WalkedLight:
 
     def encode(self, commands: Commands) -> None:
         width, height = self._context.gbuffer.size
-        budget = self._context.gpu.budget
+        groups, budget = interleaved_groups(self._context.gbuffer.size), self._context.gpu.budget
         self.tree.encode(commands)
         for walk in self._walks:
             with commands.compute("walk") as compute:
-                walk.dispatch(compute, (-(-width // 8), -(-height // 8)))
+                walk.dispatch(compute, groups)
             commands.account(RAYS_PER_WALK * width * height / budget.rays_per_ms)
 
 

@@ -1,20 +1,25 @@
 // Visibility of a light, by one walk a pixel and eight words of samples; lights with more take several.
 
 //#include "walk.wgsl"
+//#include "gpu/interleaved.wgsl"
 
 @group(2) @binding(0) var<storage, read_write> visibility: array<f32>;
 @group(2) @binding(1) var<storage, read_write> report: array<atomic<u32>>;  // not 0: a walk ended before its end
 
 // Neighbours in a workgroup, which run in step, are neighbours in the image: eight of them are 4×2 pixels.
-fn pixel_of(group: vec3u, lane: u32) -> vec2u {
+fn pixel_of(group: vec2u, lane: u32) -> vec2u {
     let x = (lane & 3u) | ((lane >> 1u) & 4u);
     let y = ((lane >> 2u) & 1u) | ((lane >> 3u) & 6u);
-    return 8u * group.xy + vec2u(x, y);
+    return 8u * group + vec2u(x, y);
 }
 
 @compute @workgroup_size(64)
-fn cs_visibility(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) lane: u32) {
-    let pixel = pixel_of(group, lane);
+fn cs_visibility(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(num_workgroups) groups: vec3u,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    let pixel = pixel_of(vec2u(group.x, interleaved_row(group.y, groups.y)), lane);
     if any(pixel >= frame.size) {
         return;
     }

@@ -2,36 +2,44 @@
 // nothing else hides yet are looked up.
 
 //#include "visibility/rays/masked.wgsl"
-//#needs Corners, Marks, View, edge_plane, has_upper_words, hidden_lower, hidden_upper, light_tree, sample_at
+//#needs Corners, LOWER_WORDS, NONE, UPPER_WORDS, View, bits_at, edge_plane, has_upper_words, hidden_lower, hidden_upper, hide, sample_at
 
-const WORDS = vec4u(0u, 1u, 2u, 3u);
+var<private> marked_lower: vec4u;  // samples that the triangle at hand would hide
+var<private> marked_upper: vec4u;
 
-fn word_of(marks: Marks, word: u32) -> u32 {
-    return select(marks.upper[word & 3u], marks.lower[word & 3u], word < 4u);
+fn mark(word: f32, bits: u32) {
+    marked_lower |= bits_at(LOWER_WORDS, word, bits);
+    if has_upper_words {
+        marked_upper |= bits_at(UPPER_WORDS, word, bits);
+    }
 }
 
 // Loops, not branches, hold what is rarer (gpu/driver.wgsl).
-fn existing(view: View, marks: Marks, corners: Corners, triangle: u32) -> Marks {
-    var found = marks;
-    for (var is_masked = triangle >= light_tree.opaque_count; is_masked; is_masked = false) {
-        let open = Marks(marks.lower & ~hidden_lower, marks.upper & ~hidden_upper);
-        let masked = masked_triangles[triangle - light_tree.opaque_count];
+fn hide_marked(view: View, corners: Corners, triangle: u32) {
+    marked_lower &= ~hidden_lower;
+    marked_upper &= ~hidden_upper;
+    let is_asked = any((marked_lower | marked_upper) != NONE);
+    for (var is_masked = is_asked && triangle >= view.opaque_count; is_masked; is_masked = false) {
+        let surface = load_masked_surface(triangle - view.opaque_count);
         let plane_a = edge_plane(corners.c, corners.b);
         let plane_b = edge_plane(corners.a, corners.c);
         let plane_c = edge_plane(corners.b, corners.a);
-        found = Marks();
         for (var word = 0u; word < select(4u, 8u, has_upper_words); word++) {
-            var existing_bits = 0u;
-            for (var bits = word_of(open, word); bits != 0u; bits &= bits - 1u) {
-                let bit = firstTrailingBit(bits);
-                let ray = sample_at(view, word, bit);
+            var existing = 0u;
+            for (var open = select(marked_upper[word & 3u], marked_lower[word & 3u], word < 4u); open != 0u; open &= open - 1u) {
+                let bit = firstTrailingBit(open);
+                let ray = sample_at(view, f32(word), bit);
                 let weights = vec3f(dot(plane_a, ray), dot(plane_b, ray), dot(plane_c, ray));
-                let exists = masked_surface_exists(masked, weights / (weights.x + weights.y + weights.z));
-                existing_bits |= select(0u, 1u << bit, exists);
+                let exists = surface_exists(surface, weights / (weights.x + weights.y + weights.z));
+                existing |= select(0u, 1u << bit, exists);
             }
-            found.lower |= select(vec4u(0u), vec4u(existing_bits), WORDS == vec4u(word));
-            found.upper |= select(vec4u(0u), vec4u(existing_bits), WORDS + 4u == vec4u(word));
+            hide(f32(word), existing);
         }
+        marked_lower = NONE;
+        marked_upper = NONE;
     }
-    return found;
+    hidden_lower |= marked_lower;
+    hidden_upper |= marked_upper;
+    marked_lower = NONE;
+    marked_upper = NONE;
 }

@@ -1,7 +1,9 @@
 // For scenes without alpha masks, in place of cutouts.wgsl: surfaces exist wherever their triangles are.
 
-//#needs Corners, Marks, View
+//#needs Corners, View, hide
 
-fn existing(view: View, marks: Marks, corners: Corners, triangle: u32) -> Marks {
-    return marks;
+fn mark(word: f32, bits: u32) {
+    hide(word, bits);
 }
+
+fn hide_marked(view: View, corners: Corners, triangle: u32) {}

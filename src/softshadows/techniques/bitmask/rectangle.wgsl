@@ -29,8 +29,20 @@ struct View {
     columns: f32,         // per metre
     rows: f32,
     slant: f32,           // rows per column
-    first_row: f32,       // where the row of number 0 would be at the light's left end, as a place in rows
-    shift: f32,           // of the samples, in columns
+    middle: vec2f,        // column and, at column 0, row of the light's middle
+    last_word: f32,       // of this walk
+    solid_count: u32,     // triangles of solids, of which the far side alone marks
+    opaque_count: u32,    // triangles before those with an alpha mask
+    grid: Grid,
+};
+
+// The grid of the tree's boxes, seen from the receiver: x in columns, y in rows, z as a share of the way to the light's plane.
+struct Grid {
+    low: vec3f,
+    cell: vec3f,
+    normal: vec3f,        // of the receiver's surface, to be multiplied with such places
+    rises: vec3<bool>,    // towards a box's high corner, above that surface
+    end: vec2f,           // column and row of the place below the receiver, where x and y are 0
 };
 
 fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
@@ -45,8 +57,18 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
     view.columns = 0.5 * COLUMNS / light.half_width;
     view.rows = 0.5 * row_set.rows / light.half_height;
     view.slant = row_set.slant / COLUMNS;
-    view.shift = shift.x;
-    view.first_row = 0.5 * row_set.rows - 0.5 + 0.5 * row_set.slant - row_set.first_row - shift.y - view.slant * shift.x;
+    view.middle = vec2f(0.5 * COLUMNS - shift.x, 0.5 * row_set.rows - 0.5 + 0.5 * row_set.slant - row_set.first_row - shift.y);
+    view.middle.y -= view.slant * shift.x;
+    view.last_word = row_set.count - 1.0;
+    view.solid_count = light_tree.solid_count;
+    view.opaque_count = light_tree.opaque_count;
+
+    let units = vec3f(view.columns, view.rows, view.mirror / view.height);
+    view.grid.low = (light_tree.low_ws - receiver.origin) * units;
+    view.grid.cell = units / light_tree.cells_per_metre;
+    view.grid.normal = receiver.normal / units;
+    view.grid.rises = view.grid.normal * view.grid.cell > vec3f(0.0);
+    view.grid.end = view.middle + view.origin.xy * units.xy;
     return view;
 }
 
@@ -54,94 +76,79 @@ fn corner_from(view: View, corner: vec3f) -> vec3f {
     return vec3f(corner.xy, view.mirror * corner.z) - view.origin;
 }
 
-fn column_at(view: View, x: f32) -> f32 {
-    return x * view.columns + 0.5 * COLUMNS - view.shift;
-}
-
-// The number of the row that passes through a place of the light's plane; a fraction between rows.
-fn row_at(view: View, y: f32, column: f32) -> f32 {
-    return y * view.rows + view.first_row - view.slant * column;
-}
-
-fn rows_between(rows: vec4f, first: f32, last: f32) -> vec4u {
-    return select(vec4u(0u), ALL, (rows >= vec4f(first)) & (rows <= vec4f(last)));
-}
-
-// Could the box, given by its corners in light space, hide a sample that is not hidden yet?
-fn may_hide(view: View, low_ls: vec3f, high_ls: vec3f) -> bool {
-    let one = corner_from(view, low_ls);
-    let other = corner_from(view, high_ls);
-    let low = min(one, other);
-    let high = max(one, other);
-    let middle = 0.5 * (low + high);
-    let is_above = dot(view.normal, middle) + dot(abs(view.normal), high - middle) > 0.0;
-    let is_between = high.z > 0.0 && low.z < view.height;
+// Could a box hide a sample that is not hidden yet?
+fn may_hide(view: View, box: vec4u) -> bool {
+    let one = view.grid.low + box_low(box) * view.grid.cell;
+    let other = view.grid.low + box_high(box) * view.grid.cell;
+    let is_above = dot(view.grid.normal, select(one, other, view.grid.rises)) > 0.0;
+    let near = select(one.z, other.z, view.mirror < 0.0);
+    let far = select(other.z, one.z, view.mirror < 0.0);
+    let is_between = far > 0.0 && near < 1.0;
     // Its picture on the light's plane, widest where the box is nearest; what lies past the light hides nothing. A box that
     // reaches back to the receiver has a picture without end.
-    let scale_near = view.height / max(low.z, CLOSE);
-    let scale_far = max(view.height / max(high.z, CLOSE), 1.0);
-    let left = min(low.x * scale_near, low.x * scale_far) + view.origin.x;
-    let right = max(high.x * scale_near, high.x * scale_far) + view.origin.x;
-    let bottom = min(low.y * scale_near, low.y * scale_far) + view.origin.y;
-    let top = max(high.y * scale_near, high.y * scale_far) + view.origin.y;
-    let first_column = clamp(column_at(view, left) - EDGE_ROOM, 0.0, COLUMNS);
-    let last_column = clamp(column_at(view, right) + EDGE_ROOM, 0.0, COLUMNS);
-    let first_row = row_at(view, bottom, last_column) - EDGE_ROOM;
-    let last_row = row_at(view, top, first_column) + EDGE_ROOM;
-    let columns = bits_between(vec4f(first_column), vec4f(last_column));
-    var open = columns & ~hidden_lower & rows_between(LOWER_ROWS, first_row, last_row);
+    let scale_near = 1.0 / max(near, CLOSE);
+    let scale_far = max(1.0 / max(far, CLOSE), 1.0);
+    let low = one.xy * select(vec2f(scale_far), vec2f(scale_near), one.xy < vec2f(0.0)) + (view.grid.end - EDGE_ROOM);
+    let high = other.xy * select(vec2f(scale_far), vec2f(scale_near), other.xy > vec2f(0.0)) + (view.grid.end + EDGE_ROOM);
+    let left = clamp(low.x, 0.0, COLUMNS);
+    let right = clamp(high.x, 0.0, COLUMNS);
+    let bottom = low.y - view.slant * right;
+    let top = high.y - view.slant * left;
+    let bits = bits_between(vec4f(left), vec4f(right));
+    var open = bits & ~hidden_lower & words_between(LOWER_WORDS, bottom, top);
     if has_upper_words {
-        open |= columns & ~hidden_upper & rows_between(UPPER_ROWS, first_row, last_row);
+        open |= bits & ~hidden_upper & words_between(UPPER_WORDS, bottom, top);
     }
-    return is_above && is_between && any(open != vec4u(0u));
+    return is_above && is_between && any(open != NONE);
 }
 
-// The interval of a row between two corners of the picture: where the edge crosses it, if it does.
-struct Crossings {
-    left: vec4f,
-    right: vec4f,
+fn words_between(words: vec4f, first: f32, last: f32) -> vec4u {
+    return select(NONE, ALL, (words >= vec4f(first)) & (words <= vec4f(last)));
+}
+
+// A triangle's picture on the light's plane, in columns and rows, and the rows that it touches.
+struct Picture {
+    a: vec2f,
+    b: vec2f,
+    c: vec2f,
+    first: f32,
+    last: f32,
 };
 
-// An edge belongs to two triangles, and both must find the same crossing: it is measured from its lower end.
-fn with_edge(crossings: Crossings, from_column: f32, from_row: f32, to_column: f32, to_row: f32, rows: vec4f) -> Crossings {
-    let is_rising = from_row <= to_row;
-    let low = select(vec2f(to_column, to_row), vec2f(from_column, from_row), is_rising);
-    let high = select(vec2f(from_column, from_row), vec2f(to_column, to_row), is_rising);
+fn picture_of(view: View, corners: Corners) -> Picture {
+    let scale = view.height / vec3f(corners.a.z, corners.b.z, corners.c.z);
+    let x = vec3f(corners.a.x, corners.b.x, corners.c.x) * scale + view.origin.x;
+    let y = vec3f(corners.a.y, corners.b.y, corners.c.y) * scale + view.origin.y;
+    let column = x * view.columns + view.middle.x;
+    let row = y * view.rows + view.middle.y - view.slant * column;
+    let lowest = min(row.x, min(row.y, row.z));
+    let highest = max(row.x, max(row.y, row.z));
+    let is_beside = min(column.x, min(column.y, column.z)) > COLUMNS - 0.5 || max(column.x, max(column.y, column.z)) < 0.5;
+    let last = select(min(floor(highest), view.last_word), -1.0, is_beside);
+    return Picture(vec2f(column.x, row.x), vec2f(column.y, row.y), vec2f(column.z, row.z), max(ceil(lowest), 0.0), last);
+}
+
+// The interval of a row between two corners of the picture: where the edge crosses it, if it does. An edge belongs to two
+// triangles, and both must find the same crossing: it is measured from its lower end.
+fn with_edge(interval: vec2f, from_corner: vec2f, to_corner: vec2f, row: f32) -> vec2f {
+    let is_rising = from_corner.y <= to_corner.y;
+    let low = select(to_corner, from_corner, is_rising);
+    let high = select(from_corner, to_corner, is_rising);
     let step = (high.x - low.x) / (high.y - low.y);
-    let place = low.x + (rows - low.y) * step;
-    let is_crossed = (rows >= vec4f(low.y)) & (rows < vec4f(high.y));
-    return Crossings(
-        min(crossings.left, select(vec4f(1e9), place, is_crossed)),
-        max(crossings.right, select(vec4f(-1e9), place, is_crossed)),
+    let place = low.x + (row - low.y) * step;
+    let is_crossed = row >= low.y && row < high.y;
+    return vec2f(
+        select(interval.x, place, is_crossed && place < interval.x),
+        select(interval.y, place, is_crossed && place > interval.y),
     );
 }
 
-fn bits_in_picture(column: vec3f, row: vec3f, rows: vec4f) -> vec4u {
-    var crossings = Crossings(vec4f(1e9), vec4f(-1e9));
-    crossings = with_edge(crossings, column.x, row.x, column.y, row.y, rows);
-    crossings = with_edge(crossings, column.y, row.y, column.z, row.z, rows);
-    crossings = with_edge(crossings, column.z, row.z, column.x, row.x, rows);
-    return bits_between(crossings.left, crossings.right);
-}
-
-fn marks_of_picture(view: View, a: vec3f, b: vec3f, c: vec3f) -> Marks {
-    var marks: Marks;
-    let scale = view.height / vec3f(a.z, b.z, c.z);
-    let x = vec3f(a.x, b.x, c.x) * scale + view.origin.x;
-    let y = vec3f(a.y, b.y, c.y) * scale + view.origin.y;
-    let column = x * view.columns + (0.5 * COLUMNS - view.shift);
-    let row = y * view.rows + view.first_row - view.slant * column;
-    let first_row = min(row.x, min(row.y, row.z));
-    let last_row = max(row.x, max(row.y, row.z));
-    let is_beside = min(column.x, min(column.y, column.z)) > COLUMNS - 0.5 || max(column.x, max(column.y, column.z)) < 0.5;
-    if is_beside || max(ceil(first_row), 0.0) > min(floor(last_row), row_set.count - 1.0) {
-        return marks;
-    }
-    marks.lower = bits_in_picture(column, row, LOWER_ROWS);
-    if has_upper_words {
-        marks.upper = bits_in_picture(column, row, UPPER_ROWS);
-    }
-    return marks;
+fn bits_in_picture(view: View, picture: Picture, row: f32) -> u32 {
+    var interval = vec2f(1e9, -1e9);
+    interval = with_edge(interval, picture.a, picture.b, row);
+    interval = with_edge(interval, picture.b, picture.c, row);
+    interval = with_edge(interval, picture.c, picture.a, row);
+    return word_between(interval.x, interval.y);
 }
 
 // Twice the plane through the receiver and an edge: exactly the negative for the edge's other direction, even where products
@@ -150,76 +157,60 @@ fn edge_plane(start: vec3f, end: vec3f) -> vec3f {
     return cross(end + start, start - end);
 }
 
-// A plane's value at a row's samples is linear in the column. Samples lie on the hidden side between these columns.
-fn with_plane(crossings: Crossings, view: View, plane: vec3f, offset: f32, rows: vec4f) -> Crossings {
-    let per_column = vec3f(1.0 / view.columns, view.slant / view.rows, 0.0);
-    let left_end = vec3f(
-        (view.shift - 0.5 * COLUMNS) / view.columns - view.origin.x,
-        -view.first_row / view.rows - view.origin.y,
-        view.height,
-    );
-    let slope = dot(plane, per_column);
-    let safe_slope = select(slope, 1e-30, slope == 0.0);
-    let at_start = dot(plane, left_end) - offset + plane.y * rows / view.rows;
-    let place = -at_start / safe_slope;
-    let is_rising = safe_slope > 0.0;
-    return Crossings(
-        max(crossings.left, select(vec4f(-1e9), place, is_rising)),
-        min(crossings.right, select(place, vec4f(1e9), is_rising)),
-    );
-}
-
+// Planes that bound what a triangle hides, the three of its edges and its own: where each crosses the line of row 0, by how
+// much that moves from row to row, and whether samples are hidden to the right of it.
 struct Planes {
-    a: vec3f,
-    b: vec3f,
-    c: vec3f,
-    own: vec3f,
-    offset: f32,
+    place: vec4f,
+    step: vec4f,
+    is_rising: vec4<bool>,
 };
 
-fn bits_behind_planes(view: View, planes: Planes, rows: vec4f) -> vec4u {
-    var crossings = Crossings(vec4f(-1e9), vec4f(1e9));
-    crossings = with_plane(crossings, view, planes.a, 0.0, rows);
-    crossings = with_plane(crossings, view, planes.b, 0.0, rows);
-    crossings = with_plane(crossings, view, planes.c, 0.0, rows);
-    crossings = with_plane(crossings, view, planes.own, planes.offset, rows);
-    return bits_between(crossings.left, max(crossings.left, crossings.right));
+fn planes_of(view: View, corners: Corners) -> Planes {
+    let normal = cross(corners.c - corners.a, corners.a - corners.b);
+    let volume = dot(normal, corners.a);
+    let side = select(-1.0, 1.0, volume >= 0.0);
+    return bounding(
+        view,
+        side * edge_plane(corners.c, corners.b),
+        side * edge_plane(corners.a, corners.c),
+        side * edge_plane(corners.b, corners.a),
+        side * normal * view.t_max,
+        vec4f(0.0, 0.0, 0.0, abs(volume)),
+    );
 }
 
-fn marks_of_planes(view: View, a: vec3f, b: vec3f, c: vec3f) -> Marks {
-    let normal = cross(c - a, a - b);
-    let volume = dot(normal, a);
-    let side = select(-1.0, 1.0, volume >= 0.0);
-    let plane_a = side * edge_plane(c, b);
-    let plane_b = side * edge_plane(a, c);
-    let plane_c = side * edge_plane(b, a);
-    let planes = Planes(plane_a, plane_b, plane_c, side * normal * view.t_max, abs(volume));
-    var marks: Marks;
-    marks.lower = bits_behind_planes(view, planes, LOWER_ROWS);
-    if has_upper_words {
-        marks.upper = bits_behind_planes(view, planes, UPPER_ROWS);
-    }
-    return marks;
+// The planes with these normals, and offsets from the receiver.
+fn bounding(view: View, a: vec3f, b: vec3f, c: vec3f, own: vec3f, offsets: vec4f) -> Planes {
+    let per_column = vec3f(1.0 / view.columns, view.slant / view.rows, 0.0);
+    let start = vec3f(-view.middle.x / view.columns, -view.middle.y / view.rows, 0.0) - vec3f(view.origin.xy, -view.height);
+    let slope = vec4f(dot(a, per_column), dot(b, per_column), dot(c, per_column), dot(own, per_column));
+    let safe_slope = select(slope, vec4f(1e-30), slope == vec4f(0.0));
+    let at_start = vec4f(dot(a, start), dot(b, start), dot(c, start), dot(own, start)) - offsets;
+    let per_row = vec4f(a.y, b.y, c.y, own.y) / view.rows;
+    return Planes(-at_start / safe_slope, -per_row / safe_slope, safe_slope > vec4f(0.0));
+}
+
+fn bits_behind_planes(planes: Planes, row: f32) -> u32 {
+    let place = planes.place + row * planes.step;
+    let left = select(vec4f(-1e9), place, planes.is_rising);
+    let right = select(place, vec4f(1e9), planes.is_rising);
+    let last_left = max(max(left.x, left.y), max(left.z, left.w));
+    return word_between(last_left, max(last_left, min(min(right.x, right.y), min(right.z, right.w))));
 }
 
 // From the receiver to the sample of a bit.
-fn sample_at(view: View, word: u32, bit: u32) -> vec3f {
+fn sample_at(view: View, row: f32, bit: u32) -> vec3f {
     let column = f32(bit) + 0.5;
-    let x = (column - 0.5 * COLUMNS + view.shift) / view.columns;
-    let y = (f32(word) - view.first_row + view.slant * column) / view.rows;
+    let x = (column - view.middle.x) / view.columns;
+    let y = (row - view.middle.y + view.slant * column) / view.rows;
     return vec3f(x, y, 0.0) - vec3f(view.origin.xy, -view.height);
 }
 
 // Samples below the receiver's horizon are hidden.
-fn bits_below_horizon(view: View, rows: vec4f) -> vec4u {
-    let above = with_plane(Crossings(vec4f(-1e9), vec4f(1e9)), view, view.normal, -view.lift, rows);
-    return ~bits_between(above.left, max(above.left, above.right));
-}
-
 fn hide_below_horizon(view: View) {
-    hidden_lower |= bits_below_horizon(view, LOWER_ROWS);
-    if has_upper_words {
-        hidden_upper |= bits_below_horizon(view, UPPER_ROWS);
+    let above = bounding(view, view.normal, view.normal, view.normal, view.normal, vec4f(-view.lift));
+    for (var row = 0.0; row <= view.last_word; row += 1.0) {
+        hide(row, ~bits_behind_planes(above, row));
     }
 }
 

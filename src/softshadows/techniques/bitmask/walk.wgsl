@@ -36,25 +36,30 @@ fn corners_from(view: View, a_ls: vec3f, b_ls: vec3f, c_ls: vec3f) -> Corners {
 }
 
 // The far side of a solid is enough: its near side hides no more, and a receiver on it would meet its own surface. A triangle
-// without a plane hides nothing.
+// without a plane hides nothing. Loops pass over what a triangle has no use for (gpu/driver.wgsl).
 fn mark_triangle(view: View, place: u32) {
     triangles_met++;
     let first = tree_triangles[3u * place];
     let corners = corners_from(view, first.xyz, tree_triangles[3u * place + 1u].xyz, tree_triangles[3u * place + 2u].xyz);
     let triangle = bitcast<u32>(first.w);
     let is_degenerate = all(cross(corners.c - corners.a, corners.a - corners.b) == vec3f(0.0));
-    if is_degenerate || (triangle < light_tree.solid_count && volume_of(view, corners) <= 0.0) {
-        return;
-    }
+    let is_near_side = triangle < view.solid_count && volume_of(view, corners) <= 0.0;
+    let is_marking = !is_degenerate && !is_near_side;
     let lowest = min(corners.a.z, min(corners.b.z, corners.c.z));
     let highest = max(corners.a.z, max(corners.b.z, corners.c.z));
-    var marks: Marks;
-    if lowest > view.nearest && highest < view.height - view.nearest {
-        marks = marks_of_picture(view, corners.a, corners.b, corners.c);
-    } else {
-        marks = marks_of_planes(view, corners.a, corners.b, corners.c);
+    let is_between = lowest > view.nearest && highest < view.height - view.nearest;
+
+    let picture = picture_of(view, corners);
+    for (var word = picture.first; is_marking && is_between && word <= picture.last; word += 1.0) {
+        mark(word, bits_in_picture(view, picture, word));
     }
-    hide(existing(view, marks, corners, triangle));
+    for (var is_beyond = is_marking && !is_between; is_beyond; is_beyond = false) {
+        let planes = planes_of(view, corners);
+        for (var word = 0.0; word <= view.last_word; word += 1.0) {
+            mark(word, bits_behind_planes(planes, word));
+        }
+    }
+    hide_marked(view, corners, triangle);
 }
 
 // How much this invocation has met, for those who count it; elsewhere a compiler drops it.
@@ -64,7 +69,6 @@ var<private> triangles_met: u32;
 // [Laine2005 shaft] Mark all samples that a triangle hides. Boxes stand in the inner loop and triangles in the outer one (gpu/driver.wgsl).
 // False where the walk was cut short.
 fn mark_hidden(view: View) -> bool {
-    let cell = 1.0 / light_tree.cells_per_metre;
     let count = light_tree.node_count;
     var node = 0u;
     var is_walking = count > 0u && !are_all_hidden();
@@ -74,9 +78,7 @@ fn mark_hidden(view: View) -> bool {
         while place == end && node < count {
             boxes_met++;
             let box = tree_nodes[node];
-            let low = light_tree.low_ws + box_low(box) * cell;
-            let high = light_tree.low_ws + box_high(box) * cell;
-            let is_met = may_hide(view, low, high);
+            let is_met = may_hide(view, box);
             let is_leaf = box.w >= LEAF;
             place = select(0u, leaf_first(box), is_met && is_leaf);
             end = select(0u, leaf_end(box), is_met && is_leaf);
@@ -98,7 +100,7 @@ fn walk(receiver: Receiver, pixel: vec2u) -> bool {
     begin_hidden();
     hide_below_horizon(view);
     if !is_on_emitting_side(light, seen) {
-        hide(Marks(ALL, ALL));
+        hide_all();
     }
     return mark_hidden(view);
 }
