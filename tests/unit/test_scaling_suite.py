@@ -15,7 +15,7 @@ from softshadows.techniques import make_technique
 def test_every_axis_grows() -> None:
     chosen = list(scaling.steps(scaling.SIZE))
     assert find_suite("scaling") is scaling.run
-    for axis in ("pixels", "triangles", "lights"):
+    for axis in ("pixels", "triangles", "lights", "hills", "light size"):
         amounts = [step.amount for step in chosen if step.axis == axis]
         assert amounts == sorted(set(amounts))
         assert amounts[-1] >= 4 * amounts[0]
@@ -30,6 +30,12 @@ def test_several_lights_share_the_power_of_one(count: int) -> None:
     assert len(lights) == count
     np.testing.assert_allclose(np.sum([light.emission for light in lights], axis=0), one.emission)
     np.testing.assert_allclose(np.mean([light.center for light in lights], axis=0), one.center)
+
+
+def test_a_wider_light_has_the_same_power() -> None:
+    (one,), (wide,) = (scaling.lit_widely(factor).lights for factor in (1.0, 4.0))
+    assert wide.half_extent == tuple(4.0 * extent for extent in one.half_extent)
+    np.testing.assert_allclose(16.0 * np.array(wide.emission), one.emission)
 
 
 def test_small_steps() -> None:

@@ -1,4 +1,4 @@
-"""How long trees take to build, to fit and to walk: the numbers of `bench rays` about `passes/bvh`."""
+"""How long trees take to build, to fit and to walk: the numbers of `bench rays` about `visibility/rays`."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from softshadows.gpu.commands import Commands
 from softshadows.gpu.device import acquire
 from softshadows.gpu.scene_buffers import SceneBuffers
 from softshadows.gpu.timing import PassTimer
+from softshadows.scene.camera import Camera
 from softshadows.scene.clusters import along_curve
 from softshadows.scene.geometry import Geometry, flatten
+from softshadows.scene.lights import RectLight
 from softshadows.scene.model import Mesh, Node, Scene
 from softshadows.visibility.rays.cast import PACKET, Caster
 from softshadows.visibility.rays.parts import Parts
@@ -32,6 +34,8 @@ LIGHT_HALF = 2.0
 LIGHT_HEIGHT = 20.0
 """Metres: the light that rays go to, a square over the middle."""
 SEED = 1
+SUN = RectLight((15.0, 30.0, 10.0), (0.0, 0.0, 0.0), 6.0, 6.0, (100.0, 100.0, 100.0))
+OVER_HILLS = Camera((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 45.0)
 
 
 @dataclass(frozen=True)

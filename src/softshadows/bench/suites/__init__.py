@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from softshadows.bench.suites import adaptive, baselines, choice, linear, mobile, rays, scaling, wedges
+from softshadows.bench.suites import adaptive, baselines, bitmask, choice, linear, mobile, rays, scaling, wedges
 from softshadows.compare.measure import Measurement, Notice
 from softshadows.errors import OptionError
 
@@ -27,6 +27,7 @@ class Settings:
 SUITES: dict[str, Callable[[Settings, Notice], list[Measurement]]] = {
     "adaptive": adaptive.run,
     "baselines": baselines.run,
+    "bitmask": bitmask.run,
     "choice": choice.run,
     "linear": linear.run,
     "mobile": mobile.run,

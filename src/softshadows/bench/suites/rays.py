@@ -46,12 +46,10 @@ from softshadows.bench.suites.adaptive import (
     trace,
 )
 from softshadows.bench.suites.baselines import real_shots
-from softshadows.bench.tree_times import terrain, time_tree
+from softshadows.bench.tree_times import OVER_HILLS, SUN, terrain, time_tree
 from softshadows.compare.interleaved import CACHED, REDRAWN, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, measure_each, reference_frame
-from softshadows.scene.camera import Camera
 from softshadows.scene.geometry import flatten
-from softshadows.scene.lights import RectLight
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Adaptive, Hybrid, Rays, Technique, Uniform
 from softshadows.truth.gpu_occluders import GpuOccluders
@@ -98,8 +96,6 @@ SHIFTS = (1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 """Shifts of a disagreeing ray, in shares of the scene's diagonal."""
 SHIFTED = 64
 """Rays around it for each of them."""
-SUN = RectLight((15.0, 30.0, 10.0), (0.0, 0.0, 0.0), 6.0, 6.0, (100.0, 100.0, 100.0))
-OVER_HILLS = Camera((0.0, 30.0, 60.0), (0.0, 0.0, 0.0), 45.0)
 
 
 @dataclass(frozen=True)

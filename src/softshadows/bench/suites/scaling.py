@@ -5,11 +5,14 @@ One thing grows at a time, from what the others have in common: `figures`, 256×
 pixels          `figures` with 128×96 to 512×384 pixels
 light samples   `figures` with 4 to 289 maps (`uniform`), and with ever deeper refinement (`adaptive`)
 triangles       `sphere_cube` with 1 to 64 spheres: 764 to 48 770 triangles
-lights          `figures` with 1 to 4 rectangles that share the power of one
+hills           a terrain of 10³ to 10⁶ triangles, without maps
+lights          `figures` with 1 to 4 rectangles that share the power of one, and with 64 where the technique is meant
+                for it
+light size      `figures` with its rectangle 1/4 to 4 times as wide and high
 
-Lights move by a micrometre before every timed frame, so that nothing is kept from the last one, and techniques take
-turns. A picture's figures: `axis`, the name of what grows. A technique's: `amount`, how much of it there is (for light
-samples the number of maps), and `series`, which figures belong to one curve.
+Lights move by a micrometre before every timed frame, so that nothing is kept from the last one, and techniques are
+interleaved. A picture's figures: `axis`, the name of what grows. A technique's: `amount`, how much of it there is (for
+light samples the number of maps), and `series`, which figures belong to one curve.
 """
 
 from __future__ import annotations
@@ -19,6 +22,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from softshadows.bench.tree_times import OVER_HILLS, SUN, terrain
 from softshadows.compare.interleaved import label_of, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, Result, measure_each, reference_frame
 from softshadows.scene import builtin
@@ -36,9 +40,13 @@ SHARES = (0.5, 1.0, 2.0)
 GRIDS, DEPTHS = (2, 3, 5, 9, 17), (1, 2, 3, 4)
 SPHERES = (1, 2, 4)
 """Along each side of the cube."""
-LIGHTS = (1, 2, 4)
-LIGHT_SPACING = 0.5
-"""Metres between the centres of several lights."""
+HILLS = (1_000, 10_000, 100_000, 1_000_000)
+"""Triangles."""
+LIGHTS, MANY_LIGHTS = (1, 2, 4), (8, 64)
+LIGHT_SPACING, LIGHT_ROW = 0.5, 3.5
+"""Metres between the centres of several lights, and at most from the first to the last."""
+LIGHT_SIZES = (0.25, 1.0, 4.0)
+"""Factors on the light's width and height."""
 
 
 def main_techniques() -> list[Technique]:
@@ -51,7 +59,13 @@ def main_techniques() -> list[Technique]:
         make_technique("uniform", {"grid": 9}),
         make_technique("adaptive"),
         make_technique("penumbra_wedges"),
+        make_technique("bitmask"),
     ]
+
+
+def without_maps() -> list[Technique]:
+    """Those that large scenes, many lights and large lights are shown with."""
+    return [make_technique("adaptive", {"visibility": "ray"}), make_technique("bitmask")]
 
 
 @dataclass(frozen=True)
@@ -59,7 +73,7 @@ class Step:
     """One picture: how much of what there is, and what it is rendered with."""
 
     axis: str
-    amount: int | None
+    amount: float | None
     name: str
     open: Callable[[], Scene]
     size: tuple[int, int]
@@ -90,6 +104,29 @@ def steps(size: tuple[int, int]) -> Iterator[Step]:
         yield Step("triangles", triangles, f"triangles {triangles}", opened, size, main_techniques())
     for count in LIGHTS:
         yield Step("lights", count, f"lights {count}", partial(lit_by, count), size, main_techniques())
+    for count in MANY_LIGHTS:
+        yield Step("lights", count, f"lights {count}", partial(lit_by, count), size, [make_technique("bitmask")])
+    for count in HILLS:
+        yield Step("hills", count, f"hills {count}", partial(hills, count), size, without_maps())
+    for factor in LIGHT_SIZES:
+        yield Step("light size", factor, f"light size {factor:g}", partial(lit_widely, factor), size, without_maps())
+
+
+def hills(triangles: int) -> Scene:
+    """A terrain under a low light."""
+    scene = terrain(triangles)
+    scene.lights, scene.camera = [SUN], OVER_HILLS
+    return scene
+
+
+def lit_widely(factor: float) -> Scene:
+    """`figures` under its light, so many times as wide and high, with the same power."""
+    scene = builtin.figures()
+    (light,) = scene.lights
+    assert isinstance(light, RectLight)
+    dimmed = tuple(channel / factor**2 for channel in light.radiance)
+    scene.lights = [replace(light, width=factor * light.width, height=factor * light.height, radiance=dimmed)]
+    return scene
 
 
 def lit_by(count: int) -> Scene:
@@ -98,7 +135,8 @@ def lit_by(count: int) -> Scene:
     (light,) = scene.lights
     assert isinstance(light, RectLight)
     dimmed = tuple(channel / count for channel in light.radiance)
-    places = [light.center + (place - (count - 1) / 2.0) * LIGHT_SPACING * light.axes[0] for place in range(count)]
+    spacing = min(LIGHT_SPACING, LIGHT_ROW / max(count - 1, 1))
+    places = [light.center + (place - (count - 1) / 2.0) * spacing * light.axes[0] for place in range(count)]
     scene.lights = [replace(light, position=tuple(at.tolist()), radiance=dimmed) for at in places]
     return scene
 

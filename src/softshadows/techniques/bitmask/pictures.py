@@ -10,19 +10,21 @@ import numpy.typing as npt
 from softshadows.scene.lights import Light
 from softshadows.techniques.bitmask.bitmask import BitmaskPass, WalkedLight, row_sets
 
-WORDS = 10
-"""32-bit words that look.wgsl writes for a pixel: eight of hidden samples, boxes, triangles."""
+WORDS = 11
+"""32-bit words that look.wgsl writes for a pixel: eight of hidden samples, boxes, triangles, words."""
 
 
 @dataclass(frozen=True, eq=False)
 class Look:
     """What the walks of a light did: hidden (height, width, words, 32) bool, the samples that are not seen, as
-    lights/rows.py orders them; boxes and triangles (height, width) that the first walk met.
+    lights/rows.py orders them; boxes and triangles (height, width) that they met, and words that triangles were scanned
+    along.
     """
 
     hidden: npt.NDArray[np.bool_]
     boxes: npt.NDArray[np.uint32]
     triangles: npt.NDArray[np.uint32]
+    words: npt.NDArray[np.uint32]
 
 
 def look(at_work: BitmaskPass, light: Light, index: int) -> Look:
@@ -37,7 +39,8 @@ def look(at_work: BitmaskPass, light: Light, index: int) -> Look:
         .astype(bool)
         for each, count in zip(words, counts, strict=True)
     ]
-    return Look(np.concatenate(bits, axis=2), words[0][..., 8], words[0][..., 9])
+    boxes, triangles, marked = np.moveaxis(np.sum([each[..., 8:] for each in words], axis=0, dtype=np.uint32), -1, 0)
+    return Look(np.concatenate(bits, axis=2), boxes, triangles, marked)
 
 
 def _words(at_work: BitmaskPass, walked: WalkedLight, number: int) -> npt.NDArray[np.uint32]:

@@ -51,11 +51,13 @@ fn mark_triangle(view: View, place: u32) {
 
     let picture = picture_of(view, corners);
     for (var word = picture.first; is_marking && is_between && word <= picture.last; word += 1.0) {
+        words_marked++;
         mark(word, bits_in_picture(view, picture, word));
     }
     for (var is_beyond = is_marking && !is_between; is_beyond; is_beyond = false) {
         let planes = planes_of(view, corners);
         for (var word = 0.0; word <= view.last_word; word += 1.0) {
+            words_marked++;
             mark(word, bits_behind_planes(planes, word));
         }
     }
@@ -65,6 +67,7 @@ fn mark_triangle(view: View, place: u32) {
 // How much this invocation has met, for those who count it; elsewhere a compiler drops it.
 var<private> boxes_met: u32;
 var<private> triangles_met: u32;
+var<private> words_marked: u32;
 
 // [Laine2005 shaft] Mark all samples that a triangle hides. Boxes stand in the inner loop and triangles in the outer one (gpu/driver.wgsl).
 // False where the walk was cut short.
