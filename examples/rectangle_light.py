@@ -29,7 +29,7 @@ def main(size: tuple[int, int] = (1024, 768)) -> None:
     camera = ss.Camera(position=(1.6, 1.9, 3.0), target=(-0.1, 0.4, 0), vertical_fov=35)
     scene = ss.Scene(nodes, [light], camera)
     scene.add_ground()
-    ss.render(scene, technique="adaptive", size=size).save("rectangle_light.png")
+    ss.render(scene, size=size).save("rectangle_light.png")
 
 
 if __name__ == "__main__":

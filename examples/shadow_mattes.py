@@ -17,7 +17,7 @@ def main(size: tuple[int, int] = (1024, 768), count: int = 6) -> None:
     angles = [2 * math.pi * k / count for k in range(count)]
     cameras = [ss.Camera((4 * math.cos(a), 2.1, 4 * math.sin(a)), (0.3, 0.6, -0.3), 40) for a in angles]
     mattes = []
-    with ss.Renderer(scene, technique="adaptive", size=size) as renderer:
+    with ss.Renderer(scene, size=size) as renderer:
         for k, camera in enumerate(cameras):
             frame = renderer.render(camera)
             frame.save(f"matte{k}.npz")

@@ -6,7 +6,7 @@ In a program:
 
     scene = ss.load_scene("model.glb")
     scene.lights = [ss.RectLight(position=(0, 4, 0), target=(0, 0, 0), width=1, height=1, radiance=(10, 10, 10))]
-    frame = ss.render(scene, ss.Camera(position=(3, 2, 3), target=(0, 0, 0)), technique="uniform")
+    frame = ss.render(scene, ss.Camera(position=(3, 2, 3), target=(0, 0, 0)))
     frame.save("picture.png")
 """
 

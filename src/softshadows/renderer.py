@@ -27,7 +27,7 @@ from softshadows.gpu.shared_scene import SharedScene, open_scene
 from softshadows.passes.gbuffer.gbuffer import GBuffer, checked_size
 from softshadows.scene.camera import Camera
 from softshadows.scene.model import Scene
-from softshadows.techniques import Technique, make_technique
+from softshadows.techniques import DEFAULT, Technique, make_technique
 from softshadows.techniques.base import DEFAULT_MEMORY_BUDGET, checked_budget
 from softshadows.techniques.frame_passes import FramePasses, Images, Submitted
 
@@ -46,7 +46,7 @@ class Renderer:
         self,
         scene: Scene,
         *,
-        technique: str | Technique = "uniform",
+        technique: str | Technique = DEFAULT,
         size: tuple[int, int] = (1024, 768),
         options: Mapping[str, Any] | None = None,
         profile: str = "full",
@@ -201,7 +201,7 @@ def render(
     scene: Scene,
     camera: Camera | None = None,
     *,
-    technique: str | Technique = "uniform",
+    technique: str | Technique = DEFAULT,
     size: tuple[int, int] = (1024, 768),
     options: Mapping[str, Any] | None = None,
     profile: str = "full",

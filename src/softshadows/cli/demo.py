@@ -13,12 +13,12 @@ from softshadows.compare.plates import plates
 from softshadows.compare.results import write_bytes
 from softshadows.errors import SoftShadowsError
 from softshadows.scene.shot import open_shot
-from softshadows.techniques import make_technique
+from softshadows.techniques import DEFAULT, make_technique
 
 FOLDER = Path("demo")
 SCENE, SIZE, SAMPLES = "figures", (512, 384), 256
-SHOWN = "uniform"
-BESIDE = ("hard", "pcf", "pcss", "vsm", "variable_penumbra", "penumbra_wedges", "adaptive")
+SHOWN = DEFAULT
+BESIDE = ("hard", "pcf", "pcss", "vsm", "variable_penumbra", "penumbra_wedges", "adaptive", "uniform")
 
 
 def main() -> None:

@@ -69,10 +69,7 @@ def render(
         from softshadows.renderer import Renderer
 
         chosen = technique_from(shot, technique, options or [])
-        if chosen is None:
-            renderer = Renderer(shot.scene, size=shot.size, profile=profile.value)
-        else:
-            renderer = Renderer(shot.scene, technique=chosen, size=shot.size, profile=profile.value)
+        renderer = Renderer(shot.scene, technique=chosen, size=shot.size, profile=profile.value)
     with console.status(f"rendering with {renderer.technique.name}"), renderer:
         frame = renderer.render(shot.camera)
         _save(frame, output)

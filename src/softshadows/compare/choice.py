@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from softshadows.errors import OptionError
 from softshadows.scene.shot import Shot
-from softshadows.techniques import TECHNIQUES, Technique, make_technique
+from softshadows.techniques import DEFAULT, TECHNIQUES, Technique, make_technique
 from softshadows.techniques.options import flattened, overlaid
 
 
-def technique_from(shot: Shot, name: str | None, options: list[str]) -> Technique | None:
-    """The technique of -t and -O over the shot's; None where neither names one, for the renderer's default."""
+def technique_from(shot: Shot, name: str | None, options: list[str]) -> Technique:
+    """The technique of -t and -O over the shot's; the default where neither names one."""
     given = dict(_option(text) for text in options)
     if shot.technique is not None and name in (None, shot.technique.name):
         return make_technique(shot.technique.name, overlaid(flattened(shot.technique.options), given))
-    if name is not None:
-        return make_technique(name, given)
-    if given:
-        raise OptionError(f"-O {next(iter(given))}=... needs a technique to belong to: name it with -t")
-    return None
+    return make_technique(name or DEFAULT, given)
 
 
 def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:

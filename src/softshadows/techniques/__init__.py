@@ -45,7 +45,11 @@ TECHNIQUES: dict[str, type[Technique]] = {
     )
 }
 
+DEFAULT = "bitmask"
+"""The technique where none is named: it does every light and every scene, without bias or resolution to choose."""
+
 __all__ = [
+    "DEFAULT",
     "TECHNIQUES",
     "Adaptive",
     "Additive",

@@ -30,7 +30,8 @@ Fails when
 Inputs
     any light; those without size take one ray.
 Cost
-    one walk per pixel for 8 rows or fewer, two for 16, four for 32; 64 bytes per triangle and light. Nothing is drawn.
+    one walk per pixel for 8 rows or fewer, two for 16, four for 32. A light's tree takes 80 bytes a triangle; the trees
+    of all lights are kept where they fit `memory_budget`, else one is fitted to light after light. Nothing is drawn.
 """
 
 from __future__ import annotations
@@ -52,8 +53,9 @@ from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Tech
 from softshadows.techniques.common_options import Rays
 from softshadows.techniques.options import option
 from softshadows.techniques.uniform.uniform import Uniform
+from softshadows.techniques.workers import Workers
 from softshadows.visibility.denoise.denoise import Denoise
-from softshadows.visibility.rays.light_tree import LightTree
+from softshadows.visibility.rays.light_tree import LightTree, TreeStore
 from softshadows.visibility.rays.tree import CUT_SHORT, tree_of
 
 WORDS_AT_ONCE = 8
@@ -135,18 +137,15 @@ def row_sets(light: Light, rows: int, refinement: int) -> Iterator[RowSet]:
 class WalkedLight:
     """One light with an extent at work: the tree in its space, and the programs of its walks."""
 
-    def __init__(self, context: RenderContext, technique: Bitmask, report: wgpu.GPUBuffer, *, is_line: bool) -> None:
+    def __init__(
+        self, context: RenderContext, technique: Bitmask, store: TreeStore, report: wgpu.GPUBuffer, *, is_line: bool
+    ) -> None:
         self._context, self._technique, self._is_line = context, technique, is_line
-        self.tree = LightTree(context.gpu, context.scene, tree_of(context.scene))
+        self.tree = LightTree(context.gpu, context.scene, tree_of(context.scene), store)
         self._row_sets: list[wgpu.GPUBuffer] = []
         self._walks: list[Program] = []
         self._has_upper_words = True
         self._targets: dict[str, Resource] = {"visibility": context.visibility, "report": report}
-
-    @property
-    def bytes(self) -> int:
-        """On the GPU."""
-        return self.tree.bytes + sum(buffer.size for buffer in self._row_sets)
 
     def write(self, light: Light, index: int, refinements: int) -> None:
         """Write the light, of which the visibility is number `index`, and its samples."""
@@ -203,42 +202,41 @@ class BitmaskPass(TechniquePass):
         self._tree = tree_of(context.scene)
         self._report = context.gpu.storage_buffer(4, "the walks' report")
         self._points = Uniform(grid=1, visibility=Rays()).build(context)
-        self._walked: dict[
-            tuple[int, bool], WalkedLight
-        ] = {}  # by the light's place among the frame's, and if it is a line
-        self._at_work: list[WalkedLight] = []
+        self._stores = Workers(lambda kind: TreeStore(context.gpu, self._tree), context.memory_budget)
+        self._walked: dict[tuple[int, bool, TreeStore], WalkedLight] = {}
+        self._at_work: dict[int, WalkedLight] = {}
         noise = (1.0 - SLANT) / technique.rows
         self._denoise = Denoise(context.gpu, context.gbuffer, context.visibility, noise) if technique.denoise else None
 
     def write(self, lights: Mapping[int, Light]) -> None:
         sized = {index: light for index, light in lights.items() if light.has_size}
         self._points.write({index: light for index, light in lights.items() if not light.has_size})
-        self._at_work = [self._write_light(light, index) for index, light in sized.items()]
+        stores = self._stores.assign(dict.fromkeys(sized, "rectangle or line"))
+        self._at_work = {index: self._write_light(light, index, stores[index][0]) for index, light in sized.items()}
         if self._denoise is not None:
             self._denoise.write([*sized])
 
-    def _write_light(self, light: Light, index: int) -> WalkedLight:
-        walked = self.walked(light, index)
-        walked.write(light, index, self.refinements)
-        return walked
-
-    def walked(self, light: Light, index: int) -> WalkedLight:
-        """Who finds the visibility of a light with an extent."""
+    def _write_light(self, light: Light, index: int, store: TreeStore) -> WalkedLight:
         is_line = 0.0 in light.half_extent
-        if (index, is_line) not in self._walked:
-            self._walked[index, is_line] = WalkedLight(self.context, self.technique, self._report, is_line=is_line)
-        return self._walked[index, is_line]
+        key = (index, is_line, store)
+        if key not in self._walked:
+            self._walked[key] = WalkedLight(self.context, self.technique, store, self._report, is_line=is_line)
+        self._walked[key].write(light, index, self.refinements)
+        return self._walked[key]
+
+    def walked(self, index: int) -> WalkedLight:
+        """Who found the last frame's visibility of a light with an extent."""
+        return self._at_work[index]
 
     def encode(self, commands: Commands) -> None:
         commands.encoder.clear_buffer(self._report)
         self._tree.encode(commands)
-        for walked in self._at_work:
+        for walked in self._at_work.values():
             walked.encode(commands)
         if self._denoise is not None and self._at_work:
             self._denoise.encode(commands)
         self._points.encode(commands)
-        trees = sum(walked.bytes for walked in self._walked.values())
-        self.bytes = self._tree.bytes + trees + (self._denoise.bytes if self._denoise is not None else 0)
+        self.bytes = self._tree.bytes + self._stores.bytes + (self._denoise.bytes if self._denoise is not None else 0)
 
     @property
     def results(self) -> Mapping[str, tuple[wgpu.GPUBuffer, str, tuple[int, ...]]]:

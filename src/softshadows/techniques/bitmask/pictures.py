@@ -7,6 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from softshadows.gpu.commands import Commands
+from softshadows.gpu.timing import PassTimer
 from softshadows.scene.lights import Light
 from softshadows.techniques.bitmask.bitmask import BitmaskPass, WalkedLight, row_sets
 
@@ -29,7 +31,7 @@ class Look:
 
 def look(at_work: BitmaskPass, light: Light, index: int) -> Look:
     """The last frame's light, of which the visibility is number `index`; it has an extent."""
-    walked = at_work.walked(light, index)
+    walked = at_work.walked(index)
     sets = list(row_sets(light, at_work.technique.rows, at_work.refinements))
     words = [_words(at_work, walked, number) for number in range(len(sets))]
     counts = [int(rows.count) for rows in sets]
@@ -47,9 +49,9 @@ def _words(at_work: BitmaskPass, walked: WalkedLight, number: int) -> npt.NDArra
     gpu, (width, height) = at_work.context.gpu, at_work.context.gbuffer.size
     looks = gpu.storage_buffer(4 * WORDS * width * height, "what walks do")
     program = walked.program("look.wgsl", "cs_look", number, {"looks": looks})
-    encoder = gpu.device.create_command_encoder()
-    compute = encoder.begin_compute_pass()
-    program.dispatch(compute, (-(-width // 8), -(-height // 8)))
-    compute.end()
-    gpu.device.queue.submit([encoder.finish()])
+    commands = Commands(gpu, PassTimer(gpu))
+    walked.tree.encode(commands)
+    with commands.compute("look") as compute:
+        program.dispatch(compute, (-(-width // 8), -(-height // 8)))
+    commands.submit()
     return np.asarray(gpu.device.queue.read_buffer(looks)).view(np.uint32).reshape(height, width, WORDS)

@@ -21,7 +21,7 @@ from softshadows.scene.geometry import Geometry
 from softshadows.scene.lights import Light
 from softshadows.visibility.maps.extents import reaches_into
 from softshadows.visibility.rays.grid import NODE_COUNT_OFFSET, TreeGrid, grid_over, groups_of
-from softshadows.visibility.rays.tree import TRIANGLE_BYTES, Bvh
+from softshadows.visibility.rays.tree import Bvh
 
 _USAGE = wgpu.BufferUsage
 SPACE = {"visibility/rays/world_space.wgsl": "visibility/rays/light_tree_space.wgsl"}
@@ -29,20 +29,32 @@ SOLID_MARGIN = 1e-4
 """Share of the scene's diagonal that a light must keep from a solid, not to be taken to reach into it."""
 
 
-class LightTree:
-    """Boxes and triangles of `tree` in one light's space. `resources` are for programs that walk it."""
+class TreeStore:
+    """Room for the boxes and triangles of `tree` in the space of one light at a time: of the one it was last fitted to.
 
-    def __init__(self, gpu: Gpu, scene: SceneBuffers, tree: Bvh) -> None:
-        count = len(scene.geometry.triangles)
-        self._gpu, self._scene, self._tree = gpu, scene, tree
-        self._fitted: tuple[Light, Geometry] | None = None
+    80 bytes a triangle. Raises DeviceError where the adapter cannot bind the scene's triangles at once: by default
+    limits, 2.7 million of them.
+    """
+
+    can_cache = True
+
+    def __init__(self, gpu: Gpu, tree: Bvh) -> None:
+        self.fitted: tuple[Light, Geometry] | None = None
+        self.nodes = gpu.storage_buffer(max(tree.nodes.size, 256), "a light's tree")
+        self.triangles = gpu.storage_buffer(max(tree.triangles.size, 256), "the triangles of a light's tree")
+        self.bytes = self.nodes.size + self.triangles.size
+
+
+class LightTree:
+    """`tree` in one light's space, in a store that others may share. `resources` are for programs that walk it."""
+
+    def __init__(self, gpu: Gpu, scene: SceneBuffers, tree: Bvh, store: TreeStore) -> None:
+        self._gpu, self._scene, self._tree, self._store = gpu, scene, tree, store
         self.light = gpu.storage_buffer(dtype(LightRecord).itemsize, "the light of a tree")
         self.grid = gpu.buffer(dtype(TreeGrid).itemsize, _USAGE.UNIFORM | _USAGE.STORAGE, "the grid of a light's tree")
-        self.nodes = gpu.storage_buffer(max(tree.nodes.size, 256), "a light's tree")
-        self.triangles = gpu.storage_buffer(max(TRIANGLE_BYTES * count, 256), "the triangles of a light's tree")
-        self.bytes = sum(buffer.size for buffer in (self.light, self.grid, self.nodes, self.triangles))
         self._gather, self._reduce, self._bound = tree.make_refit(
-            {"tree": self.grid, "tree_triangles": self.triangles, "tree_nodes": self.nodes, "light": self.light}, SPACE
+            {"tree": self.grid, "tree_triangles": store.triangles, "tree_nodes": store.nodes, "light": self.light},
+            SPACE,
         )
 
     @property
@@ -51,8 +63,8 @@ class LightTree:
         return {
             "light": self.light,
             "light_tree": self.grid,
-            "tree_nodes": self.nodes,
-            "tree_triangles": self.triangles,
+            "tree_nodes": self._store.nodes,
+            "tree_triangles": self._store.triangles,
         }
 
     def write(self, light: Light, index: int) -> None:
@@ -70,12 +82,12 @@ class LightTree:
         self._wanted = (light, geometry)
 
     def encode(self, commands: Commands) -> None:
-        """Fit the tree to the light, unless it is that of the last frame."""
+        """Fit the tree to the light, unless the store holds just that."""
         encoder = commands.encoder
         encoder.copy_buffer_to_buffer(self._tree.grid, NODE_COUNT_OFFSET, self.grid, NODE_COUNT_OFFSET, 4)
-        if self._wanted == self._fitted:
+        if self._store.fitted == self._wanted:
             return
-        self._fitted = self._wanted
+        self._store.fitted = self._wanted
         with commands.compute("light_tree") as compute:
             for program, count in zip([self._gather, *self._reduce], self._tree.levels, strict=True):
                 program.dispatch(compute, groups_of(count))
