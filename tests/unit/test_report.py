@@ -148,4 +148,4 @@ def test_real_demo_writes_its_four_pictures(tmp_path: Path, monkeypatch: pytest.
         assert Image.open(tmp_path / "demo" / f"{name}.png").size == (32, 24)
     printed = capsys.readouterr().out
     assert "demo/visibility.png" in printed
-    assert "uniform" in printed
+    assert repr(demo.SHOWN) in printed

@@ -63,7 +63,7 @@ def run(
 
     `softshadows bench baselines --json baselines.json`
 
-    Suites: adaptive, baselines, choice, linear, mobile, rays, scaling, wedges.
+    Suites: adaptive, baselines, bitmask, choice, linear, mobile, rays, scaling, wedges.
 
     The real scenes are measured too where SOFTSHADOWS_SCENES names their folder.
     """

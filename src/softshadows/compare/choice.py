@@ -13,7 +13,12 @@ def technique_from(shot: Shot, name: str | None, options: list[str]) -> Techniqu
     given = dict(_option(text) for text in options)
     if shot.technique is not None and name in (None, shot.technique.name):
         return make_technique(shot.technique.name, overlaid(flattened(shot.technique.options), given))
-    return make_technique(name or DEFAULT, given)
+    try:
+        return make_technique(name or DEFAULT, given)
+    except OptionError as error:
+        if name is not None:
+            raise
+        raise OptionError(f"{error}. That is the default technique; -t names another") from error
 
 
 def techniques_from(shot: Shot, names: str | None, options: list[str]) -> list[Technique]:
