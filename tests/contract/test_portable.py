@@ -66,3 +66,25 @@ def test_the_others_run_too(name: str) -> None:
 def test_an_unknown_profile_is_refused() -> None:
     with pytest.raises(ss.OptionError, match="full, portable"):
         ss.Renderer(stage.standard_scene(), profile="phone")
+
+
+@pytest.mark.parametrize("scene", ["figures", "leaves"])
+@pytest.mark.parametrize(
+    ("name", "options"),
+    [
+        ("bitmask", {}),
+        ("bitmask", {"preset": "preview"}),
+        ("bitmask", {"rows": 16}),
+        ("uniform", {"grid": 4, "visibility": "ray"}),
+        ("adaptive", {"max_depth": 2, "visibility": "ray"}),
+    ],
+)
+def test_what_walks_through_the_tree_gives_the_full_profiles_bits(scene: str, name: str, options: dict) -> None:
+    """Within eight storage buffers a shader, alpha masks included."""
+    made = ss.scenes.make(scene)
+    assert made.camera is not None
+    full, portable = (
+        ss.render(made, made.camera, technique=name, options=options, size=stage.SIZE, profile=profile)
+        for profile in ("full", "portable")
+    )
+    assert stage.same_bits(full.visibility, portable.visibility)

@@ -115,6 +115,38 @@ def test_a_lamp_in_a_closed_shade_lights_the_shade_alone() -> None:
     assert (frame.visibility[0][on_floor] == 0.0).all()
 
 
+LID = 1.2
+"""Metres: the top of the box in the two scenes below, which is closed and a metre wide."""
+
+
+def boxed(light: Light) -> ss.Scene:
+    """A floor, a closed box above it, and a card under its lid."""
+    nodes = [stage.floor(), stage.box((-0.5, 0.2, -0.5), (0.5, LID, 0.5)), stage.card(-0.2, 0.1, -0.2, 0.3, 0.9)]
+    return ss.Scene(nodes, [light])
+
+
+def test_a_lamp_half_sunk_in_a_box() -> None:
+    """Its lower half lies within the solid and lights its inside alone; an upright one cuts the lid."""
+    for target in ((0.3, LID + 1.0, 2.0), (3.0, LID, 0.4)):
+        lamp = ss.RectLight((0.1, LID, 0.1), target, 0.6, 0.5, stage.WHITE, two_sided=True)
+        camera = ss.Camera((1.6, 2.3, 2.9), (0.05, 0.6, 0.05), 45.0)
+        wrong, total = differing(boxed(lamp), camera, 8)
+        assert wrong <= MOST_DIFFERENT * total
+
+
+def test_a_receiver_within_a_solid() -> None:
+    """The camera stands in the box: light from outside reaches nothing, a lamp inside what no card hides."""
+    camera = ss.Camera((0.35, 0.4, 0.35), (-0.3, 0.8, -0.3), 80.0)
+    outside = ss.RectLight((0.0, 3.0, 0.0), (0.0, 0.0, 0.0), 1.0, 1.0, stage.WHITE)
+    inside = ss.RectLight((0.1, 1.1, 0.0), (0.0, 0.3, 0.0), 0.5, 0.5, stage.WHITE)
+    frames = [ss.render(boxed(light), camera, size=SIZE) for light in (outside, inside)]
+    assert (frames[0].visibility == 0.0).all()
+    assert frames[1].visibility[frames[1].facing].mean() > 0.3
+    for light in (outside, inside):
+        wrong, total = differing(boxed(light), camera, 8)
+        assert wrong <= MOST_DIFFERENT * total
+
+
 def test_lights_without_size_take_a_ray_each() -> None:
     scene = ss.scenes.figures()
     assert scene.camera is not None

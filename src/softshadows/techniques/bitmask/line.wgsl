@@ -13,6 +13,7 @@ const EDGE_ROOM = 1e-3;   // columns: more than float32 loses on the way of a bo
 
 struct View {
     origin: vec3f,
+    place: vec3f,
     towards: vec2f,   // unit, in light space's y and z, from the receiver to the line
     normal: vec3f,
     height: f32,      // of the line above the receiver
@@ -36,6 +37,7 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
     var view: View;
     let distance = max(length(receiver.origin.yz), CLOSE);
     view.origin = receiver.origin;
+    view.place = receiver.place;
     view.towards = -receiver.origin.yz / distance;
     view.normal = turned(view.towards, receiver.normal);
     view.height = distance;
@@ -53,7 +55,7 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
 }
 
 fn corner_from(view: View, corner: vec3f) -> vec3f {
-    return turned(view.towards, corner - view.origin);
+    return turned(view.towards, corner - view.place);
 }
 
 fn column_at(view: View, x: vec3f) -> vec3f {

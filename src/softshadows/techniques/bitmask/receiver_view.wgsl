@@ -9,7 +9,8 @@
 const LIFT = 9.5367431640625e-7;  // 16 × 2^-24 of the largest coordinate, as rays (visibility/rays/light_rays.wgsl)
 
 struct LiftedReceiver {
-    origin: vec3f,      // off its surface by `lift` metres, so that the surface does not hide the light
+    origin: vec3f,      // off its surface by `lift` metres, so that the surface does not hide the light; from the light's centre
+    place: vec3f,       // the same in the tree's space (light_tree_space.wgsl)
     normal: vec3f,
     lift: f32,
     light_lift: f32,    // metres before the light's plane within which nothing hides it
@@ -22,6 +23,7 @@ fn lift_at(position_ws: vec3f) -> f32 {
 
 fn lifted(receiver: Receiver) -> LiftedReceiver {
     let lift = lift_at(receiver.position_ws);
-    let origin_ws = receiver.position_ws - light.center_ws + lift * receiver.normal_ws;
-    return LiftedReceiver(to_light_space(light, origin_ws), receiver.normal_ls, lift, lift_at(light.center_ws));
+    let origin_ws = receiver.position_ws + lift * receiver.normal_ws;
+    let origin = to_light_space(light, origin_ws - light.center_ws);
+    return LiftedReceiver(origin, to_light_space(light, origin_ws), receiver.normal_ls, lift, lift_at(light.center_ws));
 }

@@ -20,6 +20,7 @@ const PROJECTED = 256.0;  // lifts before receiver and light from which on a tri
 // The receiver and the light that it sees.
 struct View {
     origin: vec3f,        // the receiver, in light space, z before the light
+    place: vec3f,         // the same in the tree's space
     mirror: f32,          // of z: −1 where the receiver lies behind a two-sided light
     normal: vec3f,
     height: f32,          // of the light's plane above the receiver: positive
@@ -49,6 +50,7 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
     var view: View;
     view.mirror = select(1.0, -1.0, receiver.origin.z > 0.0);
     view.origin = vec3f(receiver.origin.xy, view.mirror * receiver.origin.z);
+    view.place = receiver.place;
     view.normal = vec3f(receiver.normal.xy, view.mirror * receiver.normal.z);
     view.height = max(-view.origin.z, CLOSE);
     view.lift = receiver.lift;
@@ -64,7 +66,7 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
     view.opaque_count = light_tree.opaque_count;
 
     let units = vec3f(view.columns, view.rows, view.mirror / view.height);
-    view.grid.low = (light_tree.low_ws - receiver.origin) * units;
+    view.grid.low = (light_tree.low_ws - receiver.place) * units;
     view.grid.cell = units / light_tree.cells_per_metre;
     view.grid.normal = receiver.normal / units;
     view.grid.rises = view.grid.normal * view.grid.cell > vec3f(0.0);
@@ -73,7 +75,8 @@ fn view_of(receiver: LiftedReceiver, shift: vec2f) -> View {
 }
 
 fn corner_from(view: View, corner: vec3f) -> vec3f {
-    return vec3f(corner.xy, view.mirror * corner.z) - view.origin;
+    let from_receiver = corner - view.place;
+    return vec3f(from_receiver.xy, view.mirror * from_receiver.z);
 }
 
 // Could a box hide a sample that is not hidden yet?

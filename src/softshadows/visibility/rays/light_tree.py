@@ -76,7 +76,7 @@ class LightTree:
         solid_count = 0 if reaches_into(geometry.solid_boxes, light, margin) else self._scene.solid_count
         corners = np.stack(np.meshgrid(*geometry.bounds.T, indexing="ij"), axis=-1).reshape(-1, 3)
         axes = np.array([record.right_ws, record.up_ws, record.back_ws])
-        local = (corners - light.center) @ axes.T
+        local = corners @ axes.T
         bounds = np.stack([local.min(axis=0), local.max(axis=0)])
         self._gpu.write(self.grid, 0, pack(grid_over(geometry, 0, bounds, solid_count)), what="light")
         self._wanted = (light, geometry)
