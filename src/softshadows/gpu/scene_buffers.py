@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import wgpu
 
 from softshadows.gpu.device import Gpu
@@ -49,7 +50,7 @@ class MaterialRecord(Struct):
 class MaskedTriangle(Struct):
     """All that says where the surface of a triangle with an alpha mask exists (visibility/rays/masked.wgsl), by corner.
 
-    `base_alpha` is the material's; `texture` is the index of a TextureRecord, -1 for none.
+    `base_alpha` is the material's. The texture's record stands here once more, so that rays need no buffer of records.
     """
 
     texcoords_a: Vec4f
@@ -57,8 +58,9 @@ class MaskedTriangle(Struct):
     texcoords_c: Vec4f
     alphas: Vec3f
     cutoff: F32
+    texture: TextureRecord
     base_alpha: F32
-    texture: I32
+    is_textured: U32
 
 
 class SceneBuffers:
@@ -92,12 +94,11 @@ class SceneBuffers:
         self.materials = self._buffer(
             np.frombuffer(pack(*materials) if materials else bytes(64), np.uint8), _USAGE.STORAGE, "the materials"
         )
-        self.textures = self._buffer(
-            np.frombuffer(pack(*records) if records else bytes(dtype(TextureRecord).itemsize), np.uint8),
-            _USAGE.STORAGE,
-            "the records of textures",
+        packed = np.frombuffer(
+            pack(*records) if records else bytes(dtype(TextureRecord).itemsize), dtype(TextureRecord)
         )
-        masked = _masked_triangles(geometry, index_of).view(np.uint8)
+        self.textures = self._buffer(packed.view(np.uint8), _USAGE.STORAGE, "the records of textures")
+        masked = _masked_triangles(geometry, index_of, packed).view(np.uint8)
         self.masked = self._buffer(masked, _USAGE.STORAGE, "the triangles with alpha masks")
         self.pages = self._pages(pages)
         self.pages_view = self.pages.create_view(dimension="2d-array")
@@ -133,7 +134,6 @@ class SceneBuffers:
         """What visibility/rays/masked.wgsl declares."""
         return {
             "masked_triangles": self.masked,
-            "texture_records": self.textures,
             "texture_pages": self.pages_view,
         }
 
@@ -167,8 +167,10 @@ def _slots(material: Material) -> list[Texture | None]:
     return [material.base_color_texture, material.metallic_roughness_texture, material.emission_texture]
 
 
-def _masked_triangles(geometry: Geometry, index_of: dict[int, int]) -> np.ndarray:
-    """(k,) MaskedTriangles."""
+def _masked_triangles(
+    geometry: Geometry, index_of: dict[int, int], textures: npt.NDArray[np.void]
+) -> npt.NDArray[np.void]:
+    """(k,) MaskedTriangles; `textures` are the packed records of all textures."""
     corners = geometry.triangles[geometry.opaque_count :]
     used = geometry.material_index[geometry.opaque_count :]
     records = np.zeros(len(corners), dtype(MaskedTriangle))
@@ -180,7 +182,9 @@ def _masked_triangles(geometry: Geometry, index_of: dict[int, int]) -> np.ndarra
         texture = material.base_color_texture
         records["cutoff"][of_it] = material.alpha_cutoff
         records["base_alpha"][of_it] = material.base_color[3]
-        records["texture"][of_it] = -1 if texture is None else index_of[id(texture)]
+        if texture is not None:
+            records["texture"][of_it] = textures[index_of[id(texture)]]
+            records["is_textured"][of_it] = 1
     return records
 
 

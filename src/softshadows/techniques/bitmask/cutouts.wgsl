@@ -20,7 +20,7 @@ fn hide_marked(view: View, corners: Corners, triangle: u32) {
     marked_upper &= ~hidden_upper;
     let is_asked = any((marked_lower | marked_upper) != NONE);
     for (var is_masked = is_asked && triangle >= view.opaque_count; is_masked; is_masked = false) {
-        let surface = load_masked_surface(triangle - view.opaque_count);
+        let masked = masked_triangles[triangle - view.opaque_count];
         let plane_a = edge_plane(corners.c, corners.b);
         let plane_b = edge_plane(corners.a, corners.c);
         let plane_c = edge_plane(corners.b, corners.a);
@@ -30,7 +30,7 @@ fn hide_marked(view: View, corners: Corners, triangle: u32) {
                 let bit = firstTrailingBit(open);
                 let ray = sample_at(view, f32(word), bit);
                 let weights = vec3f(dot(plane_a, ray), dot(plane_b, ray), dot(plane_c, ray));
-                let exists = surface_exists(surface, weights / (weights.x + weights.y + weights.z));
+                let exists = surface_exists(masked, weights / (weights.x + weights.y + weights.z));
                 existing |= select(0u, 1u << bit, exists);
             }
             hide(f32(word), existing);

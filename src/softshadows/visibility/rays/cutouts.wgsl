@@ -9,12 +9,12 @@ fn exists_at(triangle: u32, is_hit: vec4<bool>, weight_b: vec4f, weight_c: vec4f
     if !any(is_hit) || index >= arrayLength(&masked_triangles) {
         return is_hit;
     }
-    let surface = load_masked_surface(index);
+    let masked = masked_triangles[index];
     var exists = is_hit;
     for (var ray = 0u; ray < 4u; ray++) {
         if is_hit[ray] {
             let weights = vec3f(1.0 - weight_b[ray] - weight_c[ray], weight_b[ray], weight_c[ray]);
-            exists[ray] = surface_exists(surface, weights);
+            exists[ray] = surface_exists(masked, weights);
         }
     }
     return exists;
