@@ -104,9 +104,7 @@ def rays_per_second(technique: Any, frame: ss.Frame, passes: list[dict[str, floa
     return frame.stats.lookups_per_pixel * frame.surface.size * len(frame.lights) / seconds
 
 
-def picture(
-    name: str, scene: ss.Scene, camera: ss.Camera, size: tuple[int, int], chosen: Techniques
-) -> dict[str, Any]:
+def picture(name: str, scene: ss.Scene, camera: ss.Camera, size: tuple[int, int], chosen: Techniques) -> dict[str, Any]:
     """All techniques on one view."""
     reference = reference_of(scene, camera, size)
     rows: dict[str, Any] = {}
@@ -116,7 +114,9 @@ def picture(
             mask = frame.surface & frame.facing[0]
             figures["rmse"] = ss.metrics.compare(frame.visibility[0], reference.visibility[0], mask=mask).rmse
         rows[label] = figures
-        said = figures.get("refused") or f"{figures['read_back_ms']:.2f} ms, left there {figures['left_on_gpu_ms']:.2f} ms"
+        said = (
+            figures.get("refused") or f"{figures['read_back_ms']:.2f} ms, left there {figures['left_on_gpu_ms']:.2f} ms"
+        )
         print(f"{name} {size[0]}x{size[1]} {label}: {said}", flush=True)
     return {"scene": name, "size": list(size), "triangles": scene.triangle_count, "techniques": rows}
 

@@ -27,8 +27,11 @@ def test_the_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_a_small_run() -> None:
     view = View("small", lambda: open_shot("blocker"))
-    measurement = measure_view(view, Settings((48, 36), 64, 1), lambda doing, share: None)
+    measurement = measure_view(view, Settings((48, 36), 64, 1), lambda doing, share: None, (24, 18))
     assert not measurement.skipped
+    assert 0 < measurement.figures["bits"] <= 24 * 18 * 256
+    assert measurement.figures["differing"] == 0
+    assert measurement.figures["farthest_from_edge"] is None
     assert measurement.figures["receivers"] == int(measurement.reference.mask.any(axis=0).sum())
     assert [entry["samples"] for entry in measurement.figures["rays"]] == list(bitmask.RAYS)
     by_label = {result.label: result.figures for result in measurement.results}

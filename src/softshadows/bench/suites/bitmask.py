@@ -3,8 +3,16 @@
 Pictures: where $SOFTSHADOWS_SCENES is set real scenes under rectangle and line lights, else built-in ones. What grows
 with triangles, pixels, lights and a light's size is in `scaling`.
 
-A picture's figures: `rays`, the samples, rmse and seconds of stratified rays by Embree on all cores; `build_ms`, its
-acceleration structure. A technique's, from frames before which the lights move, interleaved:
+A picture's figures:
+
+rays                the samples, rmse and seconds of stratified rays by Embree on all cores
+build_ms            its acceleration structure
+receivers           pixels that face a light
+bits                samples of the lights that pixels of a small picture look at, by walks and by Embree
+differing           those with another answer
+farthest_from_edge  see rays.py
+
+A technique's, from frames before which the lights move, interleaved:
 
 rmse_truth, penumbra_rmse_truth, equal_rays, equal_rays_bound, ray_time_ratio_redrawn, redrawn
                     see adaptive.py: the ratio is Embree's time for its rays alone over the whole frame's
@@ -28,14 +36,18 @@ import numpy as np
 
 from softshadows.bench.suites.adaptive import result_beside_rays, trace
 from softshadows.bench.suites.baselines import real_shots
+from softshadows.bench.suites.rays import distance_to_change, those_of
 from softshadows.compare.interleaved import REDRAWN, Run, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, measure_each, reference_frame
+from softshadows.lights.rows import row_samples
+from softshadows.renderer import Renderer
 from softshadows.scene.geometry import flatten
 from softshadows.scene.shot import Shot, open_shot
 from softshadows.techniques import Adaptive, Bitmask, Technique, Uniform, make_technique
 from softshadows.techniques.bitmask.bitmask import BitmaskPass
 from softshadows.techniques.bitmask.pictures import look
 from softshadows.truth.occluders import Occluders
+from softshadows.truth.segments import Receivers, Segments, to_points
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,6 +78,8 @@ TECHNIQUES: tuple[Technique, ...] = (
 )
 RAYS = (4, 16, 64, 144, 256, 576)
 """Per pixel: the errors of the techniques lie among theirs."""
+BITS_SIZE = (128, 96)
+"""The picture whose samples are compared one by one: 10⁷ of them over all shots."""
 
 
 def run(settings: Settings, notice: Notice) -> list[Measurement]:
@@ -89,7 +103,7 @@ def views() -> Iterator[View]:
         yield View(open_shot(source).name, partial(open_shot, source))
 
 
-def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
+def measure_view(view: View, settings: Settings, notice: Notice, bits_size: tuple[int, int] = BITS_SIZE) -> Measurement:
     """All figures of a view."""
     shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
     base = reference_frame(shot, settings.samples, notice)
@@ -127,9 +141,35 @@ def measure_view(view: View, settings: Settings, notice: Notice) -> Measurement:
             figures["moved_ms"] = moved_ms[result.technique]
             cast_ms = figures["equal_rays"] * rays.ms_per_sample
             figures["dynamic_ratio"] = (build_ms + cast_ms) / figures["moved_ms"]
-    return Measurement(
-        shot, base.reference, results, skipped, {"build_ms": build_ms, "receivers": receivers, "rays": rays.series}
-    )
+    figures = {"build_ms": build_ms, "receivers": receivers, "rays": rays.series, **bits_beside_embree(shot, bits_size)}
+    return Measurement(shot, base.reference, results, skipped, figures)
+
+
+def bits_beside_embree(shot: Shot, size: tuple[int, int]) -> dict[str, Any]:
+    """Every sample of every light with an extent, by a walk and by a ray to the same point."""
+    embree, rows = Occluders(flatten(shot.scene)), Bitmask().rows
+    bits, differing = 0, []
+    with Renderer(shot.scene, technique=Bitmask(), size=size) as renderer:
+        frame = renderer.render(shot.camera)
+        assert renderer.passes is not None
+        at_work = renderer.passes.technique
+        assert isinstance(at_work, BitmaskPass)
+        for index, light in enumerate(shot.scene.lights):
+            if not light.has_size:
+                continue
+            samples = row_samples(light, rows)
+            points = light.center + samples.points @ light.axes[:2]
+            segments = to_points(points, light, Receivers.of(frame), embree)
+            visible = segments.visible(embree)
+            hidden = look(at_work, light, index).hidden[frame.surface].reshape(visible.shape)
+            bits += len(visible) * samples.count
+            differing.append(those_of(segments, (hidden == visible) & samples.is_on_light.ravel()))
+    distances = [
+        distance_to_change(embree, Segments(some.start[one], some.rays[one], some.t_max[one]))
+        for some in differing
+        for one in np.arange(len(some.start))[:, None]
+    ]
+    return {"bits": bits, "differing": len(distances), "farthest_from_edge": max(distances, default=None)}
 
 
 def counts_of(run: Run, shot: Shot) -> dict[str, Any]:

@@ -191,9 +191,9 @@ def cast_by_both(shot: Shot, frame: FacingSurfaces, least: int) -> dict[str, Any
             by_embree = np.concatenate(list(pool.map(lambda part: part.visible(embree), parts)))
             embree_seconds += time.perf_counter() - started
             by_gpu = segments.visible(gpu)
-            disagreeing.append(_some(segments, by_embree != by_gpu))
+            disagreeing.append(those_of(segments, by_embree != by_gpu))
             count += segments.t_max.size
-    distances = [_distance_to_change(embree, each) for some in disagreeing for each in _split(some, len(some.start))]
+    distances = [distance_to_change(embree, each) for some in disagreeing for each in _split(some, len(some.start))]
     return {
         "segments": int(count),
         "embree_build_ms": 1e3 * build_seconds,
@@ -222,13 +222,13 @@ def _split(segments: Segments, parts: int) -> list[Segments]:
     return [Segments(segments.start[r], segments.rays[r], segments.t_max[r]) for r in rows if len(r)]
 
 
-def _some(segments: Segments, chosen: np.ndarray) -> Segments:
+def those_of(segments: Segments, chosen: np.ndarray) -> Segments:
     """The `chosen` (n, k) ones, each from a start of its own."""
     row, _ = np.nonzero(chosen)
     return Segments(segments.start[row], segments.rays[chosen][:, None], segments.t_max[chosen][:, None])
 
 
-def _distance_to_change(embree: Occluders, segment: Segments) -> float:
+def distance_to_change(embree: Occluders, segment: Segments) -> float:
     """The first of SHIFTS, in any direction, by which a ray meets another answer of Embree's; 1 beyond them."""
     ways = np.random.default_rng(SEED).normal(size=(SHIFTED, 3))
     ways /= np.linalg.norm(ways, axis=1, keepdims=True)
