@@ -26,7 +26,7 @@ from PIL import Image, ImageDraw
 import softshadows as ss
 from softshadows.bench.suites.linear import under_a_line
 from softshadows.image.display import display, to_8_bit
-from softshadows.techniques import TECHNIQUES
+from softshadows.techniques import DEFAULT, TECHNIQUES
 
 IMAGES = Path(__file__).parents[2] / "docs" / "images"
 CAPTIONS = IMAGES / "techniques" / "captions.json"
@@ -182,12 +182,12 @@ SMALL = {
 
 
 def demo_picture(name: str) -> None:
-    """README's: the room by `adaptive`, and where four techniques err on it."""
+    """README's: the room by the default technique, and where three techniques err on it."""
     shot = ss.load_shot(EXAMPLES / "desk.toml")
     scene = ss.Scene(shot.scene.nodes, shot.scene.lights[:1], shot.camera)
-    picture = display(ss.render(scene, technique="adaptive", size=(600, 450)).color)
+    picture = display(ss.render(scene, size=(600, 450)).color)
     column = []
-    for technique in ("hard", "pcss", "adaptive"):
+    for technique in ("hard", "pcss", DEFAULT):
         frame = ss.render(scene, technique=technique, size=(200, 150))
         result = _compared(technique, frame, scene)
         tile = Image.fromarray(to_8_bit(result.error_map))
