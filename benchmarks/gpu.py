@@ -97,7 +97,7 @@ def measure(
 
 
 def rays_per_second(technique: Any, frame: ss.Frame, passes: list[dict[str, float]]) -> float | None:
-    """Of passes that trace, where timestamps tell how long they took."""
+    """Rays traced in a second, where timestamps tell how long the passes that trace took."""
     seconds = 1e-3 * statistics.median(each.get("trace", 0.0) for each in passes)
     if seconds == 0.0:
         return None
