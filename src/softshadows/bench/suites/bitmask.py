@@ -72,6 +72,7 @@ ADAPTIVE = Adaptive(visibility="ray")
 TECHNIQUES: tuple[Technique, ...] = (
     *(Bitmask(rows=rows) for rows in (4, 8, 16, 32)),
     make_technique("bitmask", {"preset": "preview"}),
+    Bitmask(offsets="stratified", denoise=True),
     ADAPTIVE,
     Adaptive(),
     Uniform(visibility="ray", grid=9),
