@@ -7,7 +7,6 @@
 
 @group(3) @binding(1) var<storage, read> trees: array<u32>;
 @group(3) @binding(4) var<storage, read_write> visibility_bits: array<u32>;          // tree.wgsl mask_index()
-@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 
 struct LevelPixel {
@@ -21,7 +20,7 @@ fn level_pixel(group: vec3u, local: vec3u) -> LevelPixel {
     if list_at >= atomicLoad(&control.levels[step.level].active_tiles) {
         return LevelPixel(false, 0u, vec2u(0u));
     }
-    let tile = active_tiles[step.level * tile_count() + list_at];
+    let tile = control.tile_lists[step.level * tile_count() + list_at];
     let pixel = tile_origin(tile) + local.xy;
     return LevelPixel(all(pixel < frame.size), tile, pixel);
 }

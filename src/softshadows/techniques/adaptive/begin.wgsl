@@ -6,7 +6,6 @@
 //#struct ReceiverBox
 
 @group(3) @binding(1) var<storage, read_write> trees: array<u32>;
-@group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;   // by level
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(2) @binding(0) var<storage, read> light: Light;
 @group(2) @binding(1) var<storage, read> receiver_boxes: array<ReceiverBox>;
@@ -55,7 +54,7 @@ fn cs_begin(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
         }
     }
     if has_work && lane == 0u {
-        active_tiles[atomicAdd(&control.levels[0].active_tiles, 1u)] = tile;
+        control.tile_lists[atomicAdd(&control.levels[0].active_tiles, 1u)] = tile;
     }
     if has_work && lane < shape.sample_rows {
         atomicOr(&control.needed[lane], root_samples(lane));

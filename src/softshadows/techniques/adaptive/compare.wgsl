@@ -9,7 +9,6 @@
 
 @group(3) @binding(4) var<storage, read> visibility_bits: array<u32>;               // tree.wgsl mask_index()
 @group(3) @binding(3) var<storage, read_write> failures: array<atomic<u32>>;
-@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(7) var<storage, read_write> report: array<atomic<u32>>;
 @group(3) @binding(9) var<storage, read_write> counts: array<atomic<u32>>;   // by tree, level, row and cell
@@ -79,7 +78,7 @@ fn cs_compare(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if list_at >= atomicLoad(&control.levels[step.level].active_tiles) || any(local.xy % shape.comparison_step != vec2u(0u)) {
         return;
     }
-    let tile = active_tiles[step.level * tile_count() + list_at];
+    let tile = control.tile_lists[step.level * tile_count() + list_at];
     let tree = tree_of(tile);
     let pixel = tile_origin(tile) + local.xy;
     if !is_surface(vec2i(pixel)) {

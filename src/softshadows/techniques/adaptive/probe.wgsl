@@ -7,7 +7,6 @@
 //#include "tree.wgsl"
 //#include "probes.wgsl"
 
-@group(3) @binding(5) var<storage, read> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(12) var<storage, read_write> probes: array<atomic<u32>>;
 
@@ -38,7 +37,7 @@ fn cs_probe(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) l
     if list_at >= atomicLoad(&control.levels[0].active_tiles) {
         return;
     }
-    let tile = active_tiles[list_at];
+    let tile = control.tile_lists[list_at];
     let pixel = tile_origin(tile) + local.xy;
     if any(pixel >= frame.size) {
         return;

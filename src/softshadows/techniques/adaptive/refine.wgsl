@@ -6,7 +6,6 @@
 
 @group(3) @binding(1) var<storage, read_write> trees: array<u32>;
 @group(3) @binding(3) var<storage, read> failures: array<u32>;
-@group(3) @binding(5) var<storage, read_write> active_tiles: array<u32>;
 @group(3) @binding(6) var<storage, read_write> control: Control;
 @group(3) @binding(9) var<storage, read> counts: array<u32>;
 
@@ -99,7 +98,7 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
     if id.x >= atomicLoad(&control.levels[step.level].active_tiles) {
         return;
     }
-    let tile = active_tiles[step.level * tile_count() + id.x];
+    let tile = control.tile_lists[step.level * tile_count() + id.x];
     let tree = tree_of(tile);
     var is_active = false;
     for (var row = 0u; row < cell_rows(step.level); row++) {
@@ -126,6 +125,6 @@ fn cs_refine(@builtin(global_invocation_id) id: vec3u) {
     }
     if is_active {
         let list_at = atomicAdd(&control.levels[step.level + 1u].active_tiles, 1u);
-        active_tiles[(step.level + 1u) * tile_count() + list_at] = tile;
+        control.tile_lists[(step.level + 1u) * tile_count() + list_at] = tile;
     }
 }

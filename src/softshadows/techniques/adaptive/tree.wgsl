@@ -42,6 +42,7 @@ struct Control {
     ranked: array<u32, MOST_SAMPLES>,          // the level's requested samples, in order
     cut_short: atomic<u32>,                    // not 0: a ray ended before its end
     bracket_rays: atomic<u32>,
+    tile_lists: array<u32>,                    // the active tiles of every level, one list after the other
 };
 
 fn spacing(level: u32) -> u32 {

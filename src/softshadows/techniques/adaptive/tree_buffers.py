@@ -18,6 +18,7 @@ assert TILE == BOX_EDGE, "a tile's receivers are those of one box that windows a
 QUADRANTS, CELLS_PER_ROW = constant(_TREE, "QUADRANTS"), constant(_TREE, "CELLS_PER_ROW")
 DEEPEST_CELLS = constant("techniques/adaptive/probes.wgsl", "DEEPEST_CELLS")
 CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 2
+"""Of struct Control, before its lists of tiles."""
 DISPATCH_BYTES = 16
 """Bytes of an indirect dispatch's arguments, in array<vec4u>."""
 
@@ -47,8 +48,7 @@ class TreeBuffers:
         self.trees = buffer(trees * lattice.rows + cell_rows)
         self.failures = buffer(cell_rows * QUADRANTS + tiles)
         self.visibility_bits = buffer(mask_sets * tiles * (-(-lattice.rows // 2) + 1) * TILE * TILE)
-        self.active_tiles = buffer((lattice.depth + 1) * tiles)
-        self.control = buffer(CONTROL_WORDS)
+        self.control = buffer(CONTROL_WORDS + (lattice.depth + 1) * tiles)
         self.dispatches = buffer(8 * (lattice.depth + 1), wgpu.BufferUsage.INDIRECT)
         self.probes = buffer(tiles * 2 * DEEPEST_CELLS if shape.has_probes else 0)
         self.counts = buffer(cell_rows * CELLS_PER_ROW if shape.threshold else 0)
@@ -64,7 +64,8 @@ class TreeBuffers:
 
     def clear(self, encoder: wgpu.GPUCommandEncoder) -> None:
         """Forget the light before."""
-        for buffer in (self.control, self.failures, self.counts, self.probes):
+        encoder.clear_buffer(self.control, 0, 4 * CONTROL_WORDS)
+        for buffer in (self.failures, self.counts, self.probes):
             encoder.clear_buffer(buffer)
 
     @staticmethod
