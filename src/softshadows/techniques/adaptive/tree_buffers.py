@@ -18,7 +18,7 @@ assert TILE == BOX_EDGE, "a tile's receivers are those of one box that windows a
 QUADRANTS, CELLS_PER_ROW = constant(_TREE, "QUADRANTS"), constant(_TREE, "CELLS_PER_ROW")
 DEEPEST_CELLS = constant("techniques/adaptive/probes.wgsl", "DEEPEST_CELLS")
 CONTROL_WORDS = 4 * constant(_TREE, "MOST_LEVELS") + constant(_TREE, "MOST_ROWS") + constant(_TREE, "MOST_SAMPLES") + 2
-"""Of struct Control, before its lists of tiles."""
+"""Words of struct Control, before its lists of tiles."""
 DISPATCH_BYTES = 16
 """Bytes of an indirect dispatch's arguments, in array<vec4u>."""
 
