@@ -10,7 +10,7 @@ import pytest
 from softshadows.bench.benchmarks import benchmarks_page
 from softshadows.bench.suites import Settings, bitmask, find_suite
 from softshadows.bench.suites.baselines import SCENES_VARIABLE
-from softshadows.bench.suites.bitmask import View, measure_view
+from softshadows.bench.suites.bitmask import measure_view
 from softshadows.compare.results import results
 from softshadows.errors import SceneError
 from softshadows.scene.shot import open_shot
@@ -19,15 +19,14 @@ from softshadows.scene.shot import open_shot
 def test_the_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert find_suite("bitmask") is bitmask.run
     monkeypatch.delenv(SCENES_VARIABLE, raising=False)
-    assert [view.name for view in bitmask.views()] == [*bitmask.BUILTIN]
+    assert [view.name for view in bitmask.views()] == ["figures", "leaves"]
     monkeypatch.setenv(SCENES_VARIABLE, str(tmp_path))
     with pytest.raises(SceneError, match="SOFTSHADOWS_SCENES"):
         list(bitmask.views())
 
 
 def test_a_small_run() -> None:
-    view = View("small", lambda: open_shot("blocker"))
-    measurement = measure_view(view, Settings((48, 36), 64, 1), lambda doing, share: None, (24, 18))
+    measurement = measure_view(open_shot("blocker"), Settings((48, 36), 64, 1), lambda doing, share: None, (24, 18))
     assert not measurement.skipped
     assert 0 < measurement.figures["bits"] <= 24 * 18 * 256
     assert measurement.figures["differing"] == 0

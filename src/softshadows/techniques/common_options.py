@@ -14,6 +14,24 @@ def resolution_option(default: int | str, *, high: int = 16384) -> Any:
     return option(default=default, help="texels along a shadow map's side", low=16, high=high, or_word="auto")
 
 
+def offsets_option() -> Any:
+    """`offsets: str`."""
+    return option(
+        default="none",
+        help="where samples lie in their cells: the same for all pixels, or another place in each of 4×4",
+        choices=OFFSETS,
+    )
+
+
+def denoise_option() -> Any:
+    """`denoise: bool`."""
+    return option(
+        default=False,
+        help="average visibility over 4×4 pixels of a surface where it differs by no more than noise",
+        choices=(False, True),
+    )
+
+
 class Maps(Choice):
     """Shadow maps: a sample is visible where nothing in its map lies before the receiver."""
 
@@ -25,16 +43,8 @@ class Rays(Choice):
 
     name: ClassVar[str] = "ray"
 
-    offsets: str = option(
-        default="none",
-        help="where samples lie in their cells: the same for all pixels, or another place in each of 4×4",
-        choices=OFFSETS,
-    )
-    denoise: bool = option(
-        default=False,
-        help="average visibility over 4×4 pixels of a surface where it differs by no more than noise",
-        choices=(False, True),
-    )
+    offsets: str = offsets_option()
+    denoise: bool = denoise_option()
 
 
 class Hybrid(Choice):

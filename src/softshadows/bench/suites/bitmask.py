@@ -28,15 +28,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from softshadows.bench.suites.adaptive import result_beside_rays, trace
 from softshadows.bench.suites.baselines import real_shots
-from softshadows.bench.suites.rays import distance_to_change, those_of
+from softshadows.bench.suites.rays import BUILTIN, SHOTS, distance_to_change, those_of
 from softshadows.compare.interleaved import REDRAWN, Run, render_interleaved
 from softshadows.compare.measure import Measurement, Notice, measure_each, reference_frame
 from softshadows.lights.rows import row_samples
@@ -50,24 +49,10 @@ from softshadows.truth.occluders import Occluders
 from softshadows.truth.segments import Receivers, Segments, to_points
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from softshadows.bench.suites import Settings
 
 SIZE = (512, 384)
-BUILTIN = ("figures", "leaves")
-SHOTS = (
-    "scorpion",
-    "body",
-    "bike",
-    "bike_near",
-    "sponza",
-    "sponza_near",
-    "classroom",
-    "chair_line",
-    "bike_line",
-    "classroom_tube",
-)
+VIEWS = (*SHOTS, "bike_line")
 ADAPTIVE = Adaptive(visibility="ray")
 TECHNIQUES: tuple[Technique, ...] = (
     *(Bitmask(rows=rows) for rows in (4, 8, 16, 32)),
@@ -90,23 +75,15 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
     )
 
 
-@dataclass(frozen=True)
-class View:
-    """A shot that is opened when its turn comes."""
-
-    name: str
-    open: Callable[[], Shot]
-
-
-def views() -> Iterator[View]:
+def views() -> Iterator[Shot]:
     """The scenes; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
-    for source in list(map(str, real_shots(SHOTS))) or BUILTIN:
-        yield View(open_shot(source).name, partial(open_shot, source))
+    for source in list(map(str, real_shots(VIEWS))) or BUILTIN:
+        yield open_shot(source)
 
 
-def measure_view(view: View, settings: Settings, notice: Notice, bits_size: tuple[int, int] = BITS_SIZE) -> Measurement:
+def measure_view(view: Shot, settings: Settings, notice: Notice, bits_size: tuple[int, int] = BITS_SIZE) -> Measurement:
     """All figures of a view."""
-    shot = replace(view.open(), name=view.name, size=settings.size or SIZE)
+    shot = replace(view, size=settings.size or SIZE)
     base = reference_frame(shot, settings.samples, notice)
     notice("tracing shadow rays", 0.1)
     rays = trace(shot, base, RAYS)

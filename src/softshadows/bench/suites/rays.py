@@ -118,8 +118,8 @@ def run(settings: Settings, notice: Notice) -> list[Measurement]:
 def views() -> Iterator[View]:
     """The scenes, then the hills; SceneError where $SOFTSHADOWS_SCENES is set to a folder without any."""
     for source in list(map(str, real_shots(SHOTS))) or BUILTIN:
-        shot = partial(open_shot, source)
-        yield View(shot().name, shot, TECHNIQUES)
+        shot = open_shot(source)
+        yield View(shot.name, lambda shot=shot: shot, TECHNIQUES)
     for triangles in HILLS:
         name = f"hills, {triangles} triangles"
         yield View(name, partial(hills, name, triangles), (Adaptive(visibility="ray"),), times_trees=True)

@@ -46,11 +46,10 @@ from softshadows.gpu.budget import interleaved_groups
 from softshadows.gpu.commands import Commands
 from softshadows.gpu.layout import F32, U32, Struct, Vec2f, Vec4u, dtype, pack
 from softshadows.gpu.program import Program, Resource
-from softshadows.lights.jitter import OFFSETS
 from softshadows.lights.rows import SLANT, placing_of, row_samples
 from softshadows.scene.lights import Light
 from softshadows.techniques.base import ALL_LIGHTS, Presets, RenderContext, Technique, TechniquePass
-from softshadows.techniques.common_options import Rays
+from softshadows.techniques.common_options import Rays, denoise_option, offsets_option
 from softshadows.techniques.options import option
 from softshadows.techniques.uniform.uniform import Uniform
 from softshadows.techniques.workers import Workers
@@ -97,16 +96,8 @@ class Bitmask(Technique):
         help="rows of 32 samples that the light is cut into; a line has 8 samples for each",
         choices=(4, 8, 16, 32),
     )
-    offsets: str = option(
-        default="none",
-        help="where samples lie on the light: the same for all pixels, or elsewhere in each of 4×4",
-        choices=OFFSETS,
-    )
-    denoise: bool = option(
-        default=False,
-        help="average visibility over 4×4 pixels of a surface where it differs by no more than rows leave open",
-        choices=(False, True),
-    )
+    offsets: str = offsets_option()
+    denoise: bool = denoise_option()
 
     def build(self, context: RenderContext) -> TechniquePass:
         return BitmaskPass(context, self)
